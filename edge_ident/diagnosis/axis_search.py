@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import partial
 
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
+from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
-from edge_ident.diagnosis.select.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.select.own_friction import own_friction_data
 from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
 from edge_ident.diagnosis.select.shift_again import adequate_data, data_beside_causes

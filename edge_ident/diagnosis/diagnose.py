@@ -8,13 +8,26 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
 from edge_ident.diagnosis.data_quality import data_findings
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
+from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
 from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import with_trades
-from edge_ident.diagnosis.fit.wide_band import above_band
+from edge_ident.diagnosis.judge.above_band_causes import (
+    beside_causes,
+    orders_in_step,
+    supported_orders,
+    with_band_content,
+    with_ripples,
+    without_names,
+)
+from edge_ident.diagnosis.judge.causes import causes, strongest_first
+from edge_ident.diagnosis.judge.judgement import Rules
+from edge_ident.diagnosis.judge.stability import RUNS
+from edge_ident.diagnosis.judge.testability import not_testable
 from edge_ident.diagnosis.measures import Validation
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.pooled import check_pooled
@@ -27,20 +40,7 @@ from edge_ident.diagnosis.recording_checks import (
     with_unrecorded_axes,
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, OutsideVibration
-from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.judgement import Rules
-from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.selection import fitted_base
-from edge_ident.diagnosis.select.stability import RUNS
-from edge_ident.diagnosis.select.testability import not_testable
-from edge_ident.diagnosis.select.wide_band_causes import (
-    beside_causes,
-    orders_in_step,
-    supported_orders,
-    with_band_content,
-    with_ripples,
-    without_names,
-)
 from edge_ident.diagnosis.shown_in import with_sources
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.validation import Judged

@@ -157,7 +157,7 @@ def _doubts(doubts: Sequence[Finding]) -> list[Finding]:
 def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[Finding]:
     """Whether the extended model is physical at its own optimum, which knows no bounds.
 
-    The selection itself names no cause beside which the model is not (`select.judgement`).
+    The selection itself names no cause beside which the model is not (`judge.judgement`).
     """
     jacobian = np.hstack([columns, extended.jacobian[:, len(PARAMETERS) :]])[data.valid]
     others = extended.predicted - extended.jacobian @ extended.linear_parameters

@@ -26,15 +26,15 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
+from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
-from edge_ident.diagnosis.select.causes import causes, strongest_first
-from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named

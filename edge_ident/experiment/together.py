@@ -18,8 +18,8 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.diagnosis.above_band.line_again import held
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.fit.line_again import held
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE

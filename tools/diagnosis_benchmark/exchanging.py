@@ -12,9 +12,10 @@ from typing import Any, Final
 
 from edge_ident.diagnosis import motion_check
 from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary, term_effort
+from edge_ident.diagnosis.judge import testability
 from edge_ident.diagnosis.prepare import preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select import criterion, testability
+from edge_ident.diagnosis.select import criterion
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import thresholds
 

@@ -1,1 +1,1 @@
-"""Selection: which candidates become causes, by the rule in `acceptance` and its `thresholds`."""
+"""Selection: which candidates enter the model, by the rule in `acceptance` and its `thresholds`."""

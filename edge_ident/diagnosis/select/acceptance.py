@@ -147,7 +147,7 @@ def separable(criterion_gain: float) -> bool:
 
 
 def again(found: int, runs: int) -> Decision:
-    """Decide whether a cause that so many of the runs found is stable (`select.stability`)."""
+    """Decide whether a cause that so many of the runs found is stable (`judge.stability`)."""
     reason = (
         f"{found} of {runs} runs on data disturbed by less than their noise find the same effort "
         f"({FOUND_AGAIN.value} are required)"

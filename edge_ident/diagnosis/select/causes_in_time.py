@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.recorded_effort import along, measured
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.diagnosis.select.recorded_effort import along, measured
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation

@@ -12,9 +12,9 @@ from dataclasses import replace
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedTerm, delayed, fit
+from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, out_of_step
-from edge_ident.diagnosis.select.own_effort import base_space, own_shares
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.model.effect import Effect
 from edge_ident.model.effects import catalogue

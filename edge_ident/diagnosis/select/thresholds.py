@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from edge_ident.diagnosis.fit.sinusoid import SAME_RATE
+from edge_ident.diagnosis.above_band.sinusoid import SAME_RATE
 from edge_ident.diagnosis.select.threshold import Threshold
 
 ADDED_TERM: Final = Threshold(
@@ -119,7 +119,7 @@ TRADED: Final = Threshold(
     "residual with the best base parameters",
     "An order from above the band leaves no more than this inside it, or it is suspected.",
     "What an order still does inside the band describes the effort there no worse than nothing.",
-    "`test_wide_band_causes.py`: an order is a cause with its amplitude",
+    "`test_above_band_causes.py`: an order is a cause with its amplitude",
 )
 INFORMATION_KEPT: Final = Threshold(
     0.5,

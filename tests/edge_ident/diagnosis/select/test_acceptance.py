@@ -10,6 +10,7 @@ import pytest
 from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.judge import judgement
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import acceptance
@@ -27,7 +28,7 @@ from edge_ident.diagnosis.select.thresholds import thresholds
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
-ROOM = Path(acceptance.__file__).parent
+ROOMS = [Path(room.__file__).parent for room in (acceptance, judgement)]
 
 
 def term(effect: str) -> FittedTerm:
@@ -171,8 +172,10 @@ def test_every_threshold_has_unit_reason_and_support() -> None:
             assert text, name
 
 
-@pytest.mark.parametrize("file", sorted(ROOM.glob("*.py")), ids=lambda file: file.name)
-def test_no_other_file_of_the_room_holds_a_threshold(file: Path) -> None:
+@pytest.mark.parametrize(
+    "file", sorted(f for room in ROOMS for f in room.glob("*.py")), ids=lambda file: file.name
+)
+def test_no_other_file_of_selection_and_judgement_holds_a_threshold(file: Path) -> None:
     tree = ast.parse(file.read_text(encoding="utf-8"))
     assert numbers(tree) == [] or file.name == "thresholds.py"
 

@@ -13,8 +13,9 @@ from edge_ident.diagnosis.fit.held_out import (
     standard_deviations,
 )
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.judge.assessment import Assessment
+from edge_ident.diagnosis.judge.judgement import _in_time
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.assessment import Assessment
 from edge_ident.diagnosis.select.causes_in_time import (
     _may_be_held,
     at_standstill,
@@ -22,7 +23,6 @@ from edge_ident.diagnosis.select.causes_in_time import (
     never_repeated,
 )
 from edge_ident.diagnosis.select.cross_validation import unsized
-from edge_ident.diagnosis.select.judgement import _in_time
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
+from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.own_effort import base_space, own_shares
-from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort

@@ -9,7 +9,9 @@ import numpy as np
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.fit.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.select.acceptance import (
     beyond,
@@ -18,9 +20,7 @@ from edge_ident.diagnosis.select.acceptance import (
     structure_left,
 )
 from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
-from edge_ident.diagnosis.select.own_effort import Array, base_space, own_efforts
 from edge_ident.diagnosis.select.polishing import polished
-from edge_ident.diagnosis.select.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
 from edge_ident.estimation.columns import unit_length

@@ -13,8 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.spectral_lines import Periodogram, over_position, refined
-from edge_ident.diagnosis.fit.wide_accounts import (
+from edge_ident.diagnosis.above_band.accounts import (
     accounts,
     clipped,
     inertia,
@@ -22,7 +21,8 @@ from edge_ident.diagnosis.fit.wide_accounts import (
     quietest_lines,
     without_friction,
 )
-from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.spectral_lines import Periodogram, over_position, refined
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]

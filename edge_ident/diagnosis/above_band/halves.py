@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.wide_accounts import least_squares
-from edge_ident.diagnosis.fit.wide_signals import WideSignals
+from edge_ident.diagnosis.above_band.accounts import least_squares
+from edge_ident.diagnosis.above_band.full_bandwidth import WideSignals
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ def causes(
     ----------
     supported : SupportedModel
     shares : sequence of float
-        Of each term (`edge_ident.diagnosis.select.own_effort`).
+        Of each term (`edge_ident.diagnosis.fit.own_effort`).
     deviations : (P,) array
         Standard deviations of linear and nonlinear parameters.
     """

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds
+from edge_ident.diagnosis.fit.recorded_effort import along
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.diagnosis.select.recorded_effort import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values

@@ -13,9 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.spectral_lines import local_level, over_time
-from edge_ident.diagnosis.fit.wide_accounts import least_squares
-from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.accounts import least_squares
+from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.spectral_lines import local_level, over_time
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.model import AxisModel, Model

@@ -1,7 +1,7 @@
 """What lies above the band of the comparison: orders over position, and lines in time.
 
 The comparison ends where encoder noise spoils the acceleration. The effort is recorded at full
-bandwidth. `fit.wide_search` finds its sinusoids, and this module measures them. The amplitude of an
+bandwidth. `sinusoid_search` finds its sinusoids, and this module measures them. The amplitude of an
 order comes from least squares on effort, acceleration, velocity and direction together: the axis
 and its controller answer a ripple, and the effort shows only what that leaves of it.
 """
@@ -14,19 +14,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.line_again import may_hold_order
-from edge_ident.diagnosis.fit.moving_line import MovingLine, moving_line
-from edge_ident.diagnosis.fit.sinusoid import Sinusoid, merged, same
-from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
-from edge_ident.diagnosis.fit.wide_accounts import (
+from edge_ident.diagnosis.above_band.accounts import (
     accounts,
     inertia,
     least_squares,
     lines_over_time,
 )
-from edge_ident.diagnosis.fit.wide_halves import Half, crossed, recorded_shares
-from edge_ident.diagnosis.fit.wide_search import Peak, columns, search
-from edge_ident.diagnosis.fit.wide_signals import WideSignals
+from edge_ident.diagnosis.above_band.full_bandwidth import WideSignals
+from edge_ident.diagnosis.above_band.halves import Half, crossed, recorded_shares
+from edge_ident.diagnosis.above_band.line_again import may_hold_order
+from edge_ident.diagnosis.above_band.moving_line import MovingLine, moving_line
+from edge_ident.diagnosis.above_band.sinusoid import Sinusoid, merged, same
+from edge_ident.diagnosis.above_band.sinusoid_search import Peak, columns, search
+from edge_ident.diagnosis.above_band.spectral_lines import FALSE_ALARM
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.model import Model

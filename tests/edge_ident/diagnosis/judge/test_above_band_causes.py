@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.judge.above_band_causes import supported_orders
 from edge_ident.diagnosis.present.wording import verdict_sentence
-from edge_ident.diagnosis.select.wide_band_causes import supported_orders
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import Model
-from tests.edge_ident.diagnosis.fit.test_wide_band import content, recorded
+from tests.edge_ident.diagnosis.above_band.test_content import content, recorded
 
 
 def test_a_line_above_the_band_forbids_adequate() -> None:

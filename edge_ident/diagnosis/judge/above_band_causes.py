@@ -7,16 +7,16 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.diagnosis.above_band.content import BandContent, above_band
+from edge_ident.diagnosis.above_band.moving_line import MovingLine
+from edge_ident.diagnosis.above_band.sinusoid import Sinusoid
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
-from edge_ident.diagnosis.fit.moving_line import MovingLine
-from edge_ident.diagnosis.fit.sinusoid import Sinusoid
 from edge_ident.diagnosis.fit.summary import nonzero_rms
-from edge_ident.diagnosis.fit.wide_band import BandContent, above_band
+from edge_ident.diagnosis.judge.causes import strongest_first
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
-from edge_ident.diagnosis.select.causes import strongest_first
 from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named

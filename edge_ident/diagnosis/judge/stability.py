@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
-from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DISTURBED, SAME_WAVEFORM
 from edge_ident.signals.metrics import rms

@@ -7,12 +7,12 @@ import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
+from edge_ident.diagnosis.judge.agreement import agreed
+from edge_ident.diagnosis.judge.stability import DisturbedRuns
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.agreement import agreed
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
-from edge_ident.diagnosis.select.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.stability import DisturbedRuns
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
+from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.unnamed_laws import unnamed
 from edge_ident.model.search import ChangesWith, Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 from tests.repetitions import a_few

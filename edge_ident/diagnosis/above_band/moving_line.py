@@ -2,7 +2,7 @@
 
 The spectrum of a whole recording spreads a sweep over every frequency that it passes, so no
 ordinate stands out. In a window that is short beside the sweep, one does. The ordinates of noise in
-a window are exponentially distributed about the local power density (`fit.spectral_lines`).
+a window are exponentially distributed about the local power density (`above_band.spectral_lines`).
 """
 
 import math
@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.spectral_lines import FALSE_ALARM
-from edge_ident.diagnosis.fit.wide_accounts import least_squares
-from edge_ident.diagnosis.fit.wide_search import Peak, columns
-from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.accounts import least_squares
+from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.sinusoid_search import Peak, columns
+from edge_ident.diagnosis.above_band.spectral_lines import FALSE_ALARM
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import rms
 
@@ -80,7 +80,7 @@ def moving_line(wide: WideSignals, peaks: list[Peak], without_inertia: Array) ->
     peaks : list of Peak
         Orders and lines that were found before; they are taken out.
     without_inertia : (N,) array
-        Effort above the band, as the first of `wide_accounts.accounts`.
+        Effort above the band, as the first of `accounts.accounts`.
     """
     left = _left(wide, peaks, without_inertia)
     found = []

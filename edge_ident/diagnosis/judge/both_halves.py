@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.own_effort import own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.acceptance import Decision, same_size
 from edge_ident.diagnosis.select.causes_in_time import tied_to_time
-from edge_ident.diagnosis.select.own_effort import own_efforts
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.spectral_lines import Periodogram, over_time
-from edge_ident.diagnosis.fit.wide_signals import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.spectral_lines import Periodogram, over_time
 
 Array = NDArray[np.float64]
 

@@ -1,10 +1,10 @@
 """Agreement: a model that all disturbed runs lead to, and the undisturbed data do not."""
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.judge.stability import RUNS, DisturbedRuns
 from edge_ident.diagnosis.select.acceptance import again
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.stability import RUNS, DisturbedRuns
 
 
 def agreed(
