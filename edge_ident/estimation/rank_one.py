@@ -6,9 +6,11 @@ product of one-dimensional convolutions, exactly:
 layer[k, i, j] = Σ_q (Σ_p K[k, p, q]·scale·ψ[i+p])·α[j+q] + offset·ΣK[k] + bias[k]
 
 The inner sum needs ψ alone, and α takes part as it is, moved by q. So each map is a product of two
-small matrices, and the maximum over squares of 2x2 that follows is taken at once. The rest of the
-graph runs as it is: it is cut behind that maximum when the network is loaded. There is one file of
-weights.
+small matrices, and the maximum over squares of 2x2 that follows is taken at once. Kernels may come
+in opposite pairs, as in a network that started 'looks-linear' (Balduzzi et al. 2017). Then one
+product serves both: the maximum of the second is the minimum of the first, negative. The rest of
+the graph runs as it is: it is cut behind that maximum when the network is loaded. There is one file
+of weights.
 """
 
 from collections.abc import Callable, Mapping
@@ -69,7 +71,9 @@ class FirstLayer:
         self.shape = maps, rows.shape[1], columns.shape[1]
         self._rows = rows[:, :, None] + np.arange(height)
         self._columns = np.arange(width)[:, None] + columns[:, None, :]
-        flat = kernels.transpose(1, 0, 2).reshape(height, maps * width)
+        self._opposite = np.array_equal(kernels[1::2], -kernels[::2])
+        own = kernels[::2] if self._opposite else kernels
+        flat = own.transpose(1, 0, 2).reshape(height, len(own) * width)
         self._kernels = flat.astype(np.float32)
         self._bias, self._sums = bias, kernels.sum(axis=(1, 2))
 
@@ -84,10 +88,12 @@ class FirstLayer:
         Returns
         -------
         (n, 2, maps, rows, width) array
+            Of opposite kernels, the first alone.
         """
-        maps, rows, _ = self.shape
+        rows = self.shape[1]
         sums = scaled.astype(np.float32)[:, self._rows] @ self._kernels
-        return np.ascontiguousarray(sums.reshape(len(scaled), 2, rows, maps, -1).swapaxes(2, 3))
+        width = self._columns.shape[1]
+        return np.ascontiguousarray(sums.reshape(len(scaled), 2, rows, -1, width).swapaxes(2, 3))
 
     def of_measured(self, measured: Array) -> Floats:
         """α, moved by each column of a kernel, to even columns and to odd ones.
@@ -115,18 +121,20 @@ class FirstLayer:
         -------
         (n, maps, rows, columns) array
         """
-        maps, rows, columns = self.shape
-        flat = model.reshape(len(model), 2, maps * rows, -1)  # one product for all maps
-        found = np.empty((len(model), maps * rows, columns), dtype=np.float32)
-        product = np.empty_like(found[0])  # one after the other stays in the cache
-        for number, (even, odd) in enumerate(flat):
-            largest = found[number]
-            to_even, to_odd = measured[number if len(measured) > 1 else 0]
-            np.matmul(even, to_even, out=largest)
-            for left, right in ((even, to_odd), (odd, to_even), (odd, to_odd)):
-                np.matmul(left, right, out=product)
-                np.maximum(largest, product, out=largest)
-        maximum = found.reshape(-1, *self.shape)
+        _, rows, columns = self.shape
+        own = model.shape[2]
+        flat = model.reshape(len(model), 2, 1, own * rows, -1)  # one product for all maps
+        product = np.empty((2, 2, own * rows, columns), dtype=np.float32)
+        quarters = product.reshape(4, -1)  # one image after the other stays in the cache
+        extremes = (np.maximum, np.minimum) if self._opposite else (np.maximum,)
+        found = np.empty((len(extremes), len(model), own * rows * columns), dtype=np.float32)
+        for number, left in enumerate(flat):
+            np.matmul(left, measured[number if len(measured) > 1 else 0], out=product)
+            for extreme, of_kernels in zip(extremes, found, strict=True):
+                extreme.reduce(quarters, axis=0, out=of_kernels[number])
+        np.negative(found[1:], out=found[1:])  # the largest of the opposite kernels
+        by_kernel = found.reshape(len(extremes), len(model), own, -1).transpose(1, 2, 0, 3)
+        maximum = by_kernel.reshape(-1, *self.shape)
         constants = self._bias + offset[:, None] * self._sums
         if constants.any():
             maximum += constants[:, :, None, None].astype(np.float32)

@@ -105,18 +105,23 @@ def test_int8_and_fp32_begin_with_the_same_layer(variant: Variant) -> None:
     assert len(rest) < len(content(variant))
 
 
-def test_the_first_layer_is_a_convolution_with_bias_and_a_maximum() -> None:
-    """Against sums over every window of the image."""
+@pytest.mark.parametrize("opposite", [False, True])
+def test_the_first_layer_is_a_convolution_with_bias_and_a_maximum(opposite: bool) -> None:
+    """Against sums over every window of the image; also where kernels come in opposite pairs."""
     rng = np.random.default_rng(4)
-    kernels, bias = rng.normal(size=(3, 7, 9)), rng.normal(size=3)
+    kernels, bias = rng.normal(size=(4, 7, 9)), rng.normal(size=4)
+    if opposite:
+        kernels[1::2] = -kernels[::2]
     model, measured = rng.normal(size=(2, 100)), rng.normal(size=(2, 100))
     offset = np.array([0.0, 0.7])
     layer = FirstLayer(kernels, bias)
-    found = layer.output(layer.of_model(model), layer.of_measured(measured), offset)
+    of_model = layer.of_model(model)
+    assert of_model.shape[2] == (2 if opposite else 4)
+    found = layer.output(of_model, layer.of_measured(measured), offset)
     images = model[:, :, None] * measured[:, None, :] + offset[:, None, None]
     windows = np.lib.stride_tricks.sliding_window_view(images, (7, 9), axis=(1, 2))
     full = np.einsum("nijpq,kpq->nkij", windows, kernels) + bias[:, None, None]
-    squares = full.reshape(2, 3, 47, 2, 46, 2).max(axis=(3, 5))
+    squares = full.reshape(2, 4, 47, 2, 46, 2).max(axis=(3, 5))
     np.testing.assert_allclose(found, squares, atol=1e-5)
 
 
