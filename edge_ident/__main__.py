@@ -5,17 +5,27 @@ without a traceback, this file loads nothing heavy before it has set the signals
 
 numpy's threads gain nothing on matrices as small as these, and wait for each other where other
 programs have the cores. It asks how many to start when it is loaded.
+
+`hashlib` loads OpenSSL, which takes 3 MiB, and does without where it finds none: Python has hash
+functions of its own, unless its distributor left them out.
 """
 
 import gc
 import os
 import sys
+from importlib.util import find_spec
+from typing import Final
 
 from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts, uncut
 from edge_ident.support.streams import flushed, open_closed, take_any_character
 
-_ALLOCATED = 100_000
+_ALLOCATED: Final = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
+_OWN_HASHES: Final = (
+    *("_md5", "_sha1", "_sha3", "_blake2"),
+    "_sha2" if sys.version_info >= (3, 12) else "_sha256",
+)
+"""Modules of Python's own hash functions."""
 
 
 @uncut
@@ -26,6 +36,8 @@ def main() -> None:
     take_any_character()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
+    if all(find_spec(name) for name in _OWN_HASHES):
+        sys.modules.setdefault("_hashlib", None)  # type: ignore[arg-type]
     from edge_ident.cli import main as command_line
 
     try:
