@@ -31,7 +31,7 @@ from edge_ident.estimation.covariance import coloured_std
 from edge_ident.estimation.least_squares import solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.identification.direction_unknown import direction_unknown
-from edge_ident.model.model import Estimate, Term, regressor
+from edge_ident.model.model import Estimate, Term, regressor_rows
 from edge_ident.model.motion import Motion
 from edge_ident.signals.conditioning import decimated
 from edge_ident.signals.filters import differentiate, lowpass
@@ -102,7 +102,7 @@ class ComparedSignals:
         samples, start = _samples(position, weight, aliased, band, period_s, recorded_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         jerk = np.gradient(acceleration, period_s)
-        columns = np.stack([*regressor(velocity, acceleration).T, jerk, acceleration])
+        columns = np.stack([*regressor_rows(velocity, acceleration), jerk, acceleration])
         del smooth_motion, motion, jerk, velocity, acceleration  # they are large
         columns = band.lowpass(columns * weight, period_s)[:, samples]
         whole = cls(

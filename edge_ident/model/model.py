@@ -60,9 +60,14 @@ def regressor(
     (N, 4) array
         Acceleration, velocity, its sign, and one.
     """
-    return np.column_stack(
-        [acceleration, velocity, np.sign(velocity), np.ones_like(velocity)]
-    ).astype(np.float64, copy=False)
+    return np.ascontiguousarray(regressor_rows(velocity, acceleration).T, dtype=np.float64)
+
+
+def regressor_rows(
+    velocity: NDArray[np.float64], acceleration: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Columns of `regressor` as rows, (4, N), as filters take them."""
+    return np.stack([acceleration, velocity, np.sign(velocity), np.ones_like(velocity)])
 
 
 @dataclass(frozen=True)

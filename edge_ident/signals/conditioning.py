@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.model import regressor
+from edge_ident.model.model import regressor, regressor_rows
 from edge_ident.signals.decimation import parts_of
 from edge_ident.signals.encoder import count_and_noise, position_noise
 from edge_ident.signals.filters import differentiate, lowpass
@@ -150,7 +150,7 @@ def condition(
         moving=moving,
         acceleration_noise=acceleration_noise(noise, cutoff_hz, recorded_period_s)
         / acceleration_std,
-        unknown_share=float(np.mean(unknown)),
+        unknown_share=float(np.count_nonzero(unknown) / len(unknown)),
         sampling=sampling,
         encoder_count=count,
         position_noise=noise,
@@ -203,7 +203,7 @@ def _filtered(
         Whether the position was low-passed and decimated to few samples per cut-off period.
     """
     velocity, acceleration = motion
-    rows = np.concatenate([regressor(velocity, acceleration).T, np.atleast_2d(effort)])
+    rows = np.concatenate([regressor_rows(velocity, acceleration), np.atleast_2d(effort)])
     if decimated:
         rows[2] = _mean_direction(velocity, acceleration, period_s)
     delays_s = [0.0] + [delay_s] * (len(rows) - 4)

@@ -47,7 +47,8 @@ def _count(position: Array, white: float) -> float:
     count = float(np.min(np.where(steps > least, steps, np.inf)))
     if not np.isfinite(count):
         return 0.0
-    moves = float(np.mean([np.mean(part[1:] != part[:-1]) for part in parts])) > _ALWAYS
+    changes = [np.count_nonzero(part[1:] != part[:-1]) / (len(part) - 1) for part in parts]
+    moves = float(np.mean(changes)) > _ALWAYS
     rounding = count / np.sqrt(12.0)
     return 0.0 if moves and white < _NO_ROUNDING * rounding else count
 

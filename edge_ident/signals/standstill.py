@@ -83,12 +83,12 @@ def bridge(signal: Array, moving: Mask) -> Array:
     """Replace (..., N) signals by straight lines where the axis does not move."""
     if moving.all() or not moving.any():
         return signal
-    still, known = np.flatnonzero(~moving), np.flatnonzero(moving)
-    after = np.searchsorted(known, still)
-    first, last = known[np.maximum(after - 1, 0)], known[np.minimum(after, len(known) - 1)]
-    begin, bridged = signal[..., first], signal.copy()
-    slope = (signal[..., last] - begin) / np.maximum(last - first, 1)
-    bridged[..., still] = begin + slope * (still - first)
+    bridged, changes = signal.copy(), np.flatnonzero(np.diff(moving, prepend=True, append=True))
+    for begin, end in changes.reshape(-1, 2):
+        known = [at for at in (begin - 1, end) if 0 <= at < len(moving)]
+        first, last = signal[..., known[0], None], signal[..., known[-1], None]
+        slope = (last - first) / max(known[-1] - known[0], 1)
+        bridged[..., begin:end] = first + slope * np.arange(begin - known[0], end - known[0])
     return bridged
 
 
