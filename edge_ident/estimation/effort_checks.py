@@ -152,12 +152,14 @@ def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
     ]
 
 
-def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+def _recorded_late(
+    signals: Signals, part: NDArray[np.intp], reach_s: float = _REACH_S
+) -> list[Finding]:
     """An effort that fits the motion only a good while earlier or later."""
     period_s = signals.period_s
     border_s = max(_LONG_S, _FEW_SAMPLES * signals.recorded_period_s)
     step = max(1, int(1.0 / (_STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
-    reach = int(min(_reach_s(signals) / period_s, _REACH * len(signals.effort)) / step)
+    reach = int(min(reach_s / period_s, _REACH * len(signals.effort)) / step)
     shifts = step * np.arange(-reach, reach + 1)
     inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
     inside = inside[:: -(-len(inside) // _MOST) or 1]
@@ -170,6 +172,9 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
         return []
+    sensible_s = _reach_s(signals)  # asked only here, because no shift fits as a rule
+    if sensible_s < reach_s:
+        return _recorded_late(signals, part, sensible_s)
     away = _away_from_reversals(signals, inside, int(shifts[best]))
     judged = len(away) >= _FEWEST
     if judged and not _shifted(signals, inside, away, int(shifts[best])):
