@@ -13,8 +13,8 @@ def agreed(
     """The selected model or, where the disturbed runs do not find it, one that they agree on.
 
     The undisturbed data are one sample of many, so what they alone lead to has no precedence. What
-    the runs find of it has: another model takes its place only where it has an effect more, and the
-    criterion prefers it to these terms. What the runs do not find stays to be suspected otherwise.
+    the runs find of it has: another model takes its place only where it has a term that the
+    selected one lacks, and where the criterion prefers it to what they find.
 
     Returns
     -------
@@ -24,17 +24,16 @@ def agreed(
     """
     times = [number + 1 for number in runs.times_found(selected.model)]
     found = [again(number, RUNS + 1).accepted for number in times]
-    other = runs.models[0].terms
-    if not other or all(found):
+    other = runs.models[0]
+    undisturbed = runs.of((selected.model,))
+    if all(found) or all(undisturbed.times_found(other)):
         return selected, times
-    terms = tuple(t for t, kept in zip(selected.model.terms, found, strict=True) if kept)
-    if {t.candidate.effect for t in other} <= {t.candidate.effect for t in terms}:
-        return selected, times
-    supported = eliminate_backward(search, search.fit(start.base, other))
+    supported = eliminate_backward(search, search.fit(start.base, other.terms))
     other_times = runs.times_found(supported.model)
     all_find = all(again(number, RUNS + 1).accepted for number in other_times)
+    terms = tuple(t for t, kept in zip(selected.model.terms, found, strict=True) if kept)
     preferred = search.gain(search.fit(start.base, terms), supported.model) > 0.0
     if not (other_times and all_find and preferred):
         return selected, times
-    undisturbed = runs.of((selected.model,)).times_found(supported.model)
-    return supported, [sum(pair) for pair in zip(other_times, undisturbed, strict=True)]
+    also = undisturbed.times_found(supported.model)
+    return supported, [sum(pair) for pair in zip(other_times, also, strict=True)]

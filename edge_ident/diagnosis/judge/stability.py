@@ -2,6 +2,8 @@
 
 The search is repeated on data that are disturbed by less than their noise (Meinshausen and Bühlmann
 2010): on every second recorded effort, and with white noise of the floor's rms added to the effort.
+That leaves about half of what the recordings say, at the same penalty for every parameter. So a
+term enters there where the criterion prefers it at all.
 Waveforms are compared and not parameters, because the parameters of one friction curve trade places
 freely. So do several waves of one effect, and what they add up to is compared as well. The motion
 is undisturbed. So the regressors of the first search serve all runs.
@@ -20,7 +22,7 @@ from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import DISTURBED, SAME_WAVEFORM
+from edge_ident.diagnosis.select.thresholds import DISTURBED, KEPT_TERM, SAME_WAVEFORM
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -104,7 +106,7 @@ def disturbed_runs(
         Gets the number of runs that are done.
     """
     data = search.data
-    points = search.with_refined_points(model)
+    points = replace(search.with_refined_points(model), added=KEPT_TERM)
     models = []
     for done, disturbed in enumerate(_disturbed(data, noise)):
         on_run(done)

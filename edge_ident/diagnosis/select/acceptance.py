@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import FittedTerm
+from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     DECISIVE,
@@ -80,6 +81,7 @@ def decide(
     evidence: Evidence,
     *,
     staying: bool = False,
+    added: Threshold[float] = ADDED_TERM,
 ) -> Decision:
     """Decide whether a model may take the place of another.
 
@@ -91,8 +93,10 @@ def decide(
         Of the change from the one to the other.
     staying : bool
         Whether the additional term is in the model already, and asks to stay.
+    added : Threshold
+        That a term has to gain more than to enter.
     """
-    required = _required_gain(before, after, staying)
+    required = _required_gain(before, after, KEPT_TERM if staying else added)
     margin = evidence.criterion_gain - required
     reason = _criterion_reason(evidence.criterion_gain, required, staying)
     if not margin > 0.0:
@@ -131,11 +135,11 @@ def _criterion_reason(gain: float, required: float, staying: bool) -> str:
 
 
 def _required_gain(
-    before: Sequence[FittedTerm], after: Sequence[FittedTerm], staying: bool
+    before: Sequence[FittedTerm], after: Sequence[FittedTerm], of_one_more: Threshold[float]
 ) -> float:
-    """Units of the criterion; an added term costs more than one that stays or replaces another."""
+    """Units of the criterion; those of a model with one term more are given."""
     if len(after) > len(before):
-        return KEPT_TERM.value if staying else ADDED_TERM.value
+        return of_one_more.value
     kinds = [len({t.candidate.effect for t in terms}) for terms in (before, after)]
     # a new kind of effect beside one that is there already has to be decisive
     return DECISIVE.value * (kinds[1] - kinds[0])

@@ -6,6 +6,7 @@ at once, and the criterion decides between the finished ones.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
@@ -160,16 +161,17 @@ def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> Fitt
     The evidence is collected in the order of its cost: score, fit, cross-validation.
     """
     terms = (*parent.terms, scored.term)
+    decided = partial(decide, parent.terms, added=search.added)
     expected = Evidence(search.criterion.expected_gain(scored, parent))
-    if not decide(parent.terms, terms, expected).accepted:
+    if not decided(terms, expected).accepted:
         return None
     child = search.fit(parent.base, terms)
     gain = search.gain(parent, child)
-    if not decide(parent.terms, child.terms, Evidence(gain)).accepted:
+    if not decided(child.terms, Evidence(gain)).accepted:
         return None
     held_out = held_out_gain(search.data, parent, child)
     evidence = Evidence(gain, held_out.supported, held_out.one_off)
-    return child if decide(parent.terms, child.terms, evidence).accepted else None
+    return child if decided(child.terms, evidence).accepted else None
 
 
 def _pruned(search: Search, model: FittedModel) -> FittedModel:
@@ -177,7 +179,8 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
     while model.terms:
         smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
         best = min(smaller, key=search.criterion.value)
-        if decide(best.terms, model.terms, Evidence(search.gain(best, model))).accepted:
+        evidence = Evidence(search.gain(best, model))
+        if decide(best.terms, model.terms, evidence, added=search.added).accepted:
             return model
         model = best
     return model

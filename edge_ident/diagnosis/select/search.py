@@ -29,6 +29,7 @@ from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.screening import excited, measurable, reliable
+from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     MOST_REFINED,
@@ -65,6 +66,8 @@ class Search:
         Whether nonlinear parameters are searched between the points of the grids.
     deep : bool
         Whether candidates of sparse grids are searched from many parts of their ranges.
+    added : Threshold
+        That a term has to gain more than to enter.
     refinements : Refinements
         Candidates that were refined before.
     refined_rows : dict
@@ -81,6 +84,7 @@ class Search:
     noise: float
     refines: bool = True
     deep: bool = False
+    added: Threshold[float] = ADDED_TERM
     refinements: Refinements = field(default_factory=Refinements, compare=False)
     refined_rows: dict[Hashable, Array] = field(default_factory=dict, compare=False)
 
@@ -161,7 +165,7 @@ class Search:
 
     def worth_descending(self, fitted: FittedModel) -> frozenset[Candidate]:
         """Candidates of sparse grids that would be accepted if they explained all but noise."""
-        room = self.criterion.room(fitted, self.noise) - ADDED_TERM.value
+        room = self.criterion.room(fitted, self.noise) - self.added.value
         return frozenset(c for c in self.library if c.descends and room > self.criterion.penalty(c))
 
     def fit(self, base: Array, terms: tuple[FittedTerm, ...]) -> FittedModel:

@@ -16,7 +16,7 @@ ADDED_TERM: Final = Threshold(
 KEPT_TERM: Final = Threshold(
     0.0,
     "units of the criterion",
-    "A term that is in the model stays where it gains more than this.",
+    "A term in the model stays where it gains more than this, and on disturbed data enters, too.",
     "The criterion prefers the model with it. Stepwise selection removes at a lower threshold than "
     "it adds, or it cycles (Efroymson 1960).",
     "`test_real_machines.py`: a ripple of the motor enters, and stays beside others with 7 units",

@@ -94,6 +94,14 @@ def test_what_the_runs_find_of_the_selected_model_stays() -> None:
     assert agreed(two.search, two.start, selected, runs) == (selected, [5, 4, 1])
 
 
+def test_runs_that_add_nothing_replace_nothing(rippled: Rippled) -> None:
+    """The lift's spring, which no run found beside event and friction, went unsaid: three terms
+    became the two that the runs agreed on, whose event was a little better without the spring."""
+    selected = rippled.selected(1.004 * PERIOD, 0.47)
+    runs = rippled.runs(*[rippled.model(PERIOD)] * 4)
+    assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [5, 1])
+
+
 def test_slow_waves_that_trade_places_are_found_by_what_they_add_up_to() -> None:
     slow = with_ripples(5.0)
     model, run = slow.model(4.5, 6.0), slow.model(15.0, 5.5)
