@@ -23,6 +23,9 @@ FINE: Final = 6
 one than noise lets it be known."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
+_SETTLED: Final = 1e-7
+"""Part of the error that a parabola promises to take away yet, below which no round follows: a
+parameter is then within a hundredth of what noise lets be known of it."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,13 @@ def refined(
 ) -> ScoredCandidate:
     """Refine all nonlinear parameters of a candidate together.
 
-    Up to two are searched on ever finer grids, as many as there are rounds. With more, a descent
-    follows.
+    One is searched where parabolas end, two on ever finer grids, as many as there are rounds. With
+    more, a descent follows.
     """
     candidate = scored.candidate
     names = candidate.form.nonlinear
+    if len(names) == 1:
+        return _along_line(subspace, scored, grid, most_rounds)
     width = {name: _spacing(grid, name, scored.term.nonlinear) for name in names}
     many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
@@ -96,6 +101,44 @@ def refined(
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
     return descended(subspace, (scored,), grid)[0] if many else scored
+
+
+def _along_line(
+    subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid, most_rounds: int
+) -> ScoredCandidate:
+    """The best value of one nonlinear parameter: of a line between the grid's points, then three
+    times of three points, the vertex of a parabola through the last ones in their middle."""
+    candidate = scored.candidate
+    (name,) = candidate.form.nonlinear
+    offsets = _spacing(grid, name, scored.term.nonlinear) * around(1)[:, 0]
+    middle = scored.term.nonlinear[name]
+    for _ in range(most_rounds):
+        line = np.unique(_within(candidate, name, grid, middle + offsets))
+        points = {k: np.full(len(line), v) for k, v in scored.term.nonlinear.items()} | {name: line}
+        closer, errors = subspace.score_all(candidate, points, grid)
+        if np.isfinite(closer.error) and closer.error <= scored.error:
+            scored = closer
+        place = int(np.argmin(errors))
+        middle, promised = float(line[place]), np.inf
+        if 0 < place < len(line) - 1:
+            near = slice(place - 1, place + 2)
+            middle, promised = _vertex(line[near], errors[near])
+        if promised < _SETTLED * scored.error:
+            break
+        offsets = np.array([-1.0, 0.0, 1.0]) * _NARROWING[False] * np.max(np.diff(line))
+    return scored
+
+
+def _vertex(points: Array, errors: Array) -> tuple[float, float]:
+    """Where a parabola through three points, the middle one the lowest, ends, and by how much
+    below; that one, and infinity, where errors do not tell."""
+    (below, above), (fallen, risen) = np.diff(points), np.diff(errors)
+    bend = (risen / above - fallen / below) / (below + above)
+    if not np.isfinite(bend) or bend <= 0.0:
+        return float(points[1]), np.inf
+    slope = fallen / below + bend * below
+    move = -0.5 * slope / bend
+    return float(points[1] + move), float(0.25 * slope**2 / bend)
 
 
 def _within(candidate: Candidate, name: str, grid: Grid, points: Array) -> Array:

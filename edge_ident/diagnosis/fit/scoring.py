@@ -151,6 +151,13 @@ class ResidualSubspace:
         found = self.recurring_regressors if recurring else self.regressors
         return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
 
+    def score_all(
+        self, candidate: Candidate, nonlinear: Grid, grid: Grid
+    ) -> tuple[ScoredCandidate, Array]:
+        """The best of D sets of nonlinear parameters, and the errors (D,) of all."""
+        errors, linear = self._fit(candidate, nonlinear, self.regressors(candidate, nonlinear))
+        return _best(candidate, nonlinear, errors, linear, grid), errors
+
     def score_library(
         self,
         library: Library,
@@ -179,8 +186,9 @@ class ResidualSubspace:
             if self._of(candidate) is self:
                 component, product = components[candidate], products[candidate]
                 grid = grids[candidate]
+                errors, linear = self._fitted(candidate, points, component, product)
                 for part in _parts(candidate, points, starts):
-                    found.append(self._best(candidate, points, component, product, grid, part))
+                    found.append(_best(candidate, points, errors, linear, grid, part))
             else:
                 rows = library[candidate]
                 found.append(self.score_at(candidate, points, rows, grids[candidate]))
@@ -194,33 +202,43 @@ class ResidualSubspace:
         self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid
     ) -> ScoredCandidate:
         """The best of D sets of nonlinear parameters, from their regressors (D, k, n)."""
+        return _best(candidate, nonlinear, *self._fit(candidate, nonlinear, rows), grid)
+
+    def _fit(self, candidate: Candidate, nonlinear: Grid, rows: Array) -> tuple[Array, Array]:
+        """Errors (D,) and linear parameters (D, k) of regressors (D, k, n)."""
         of, flat = self._of(candidate), rows.reshape(-1, rows.shape[-1])
         gram = rows @ rows.transpose(0, 2, 1)
         component = Orthogonal.of(gram, (flat @ of.basis).reshape(*rows.shape[:2], -1))
         product = (flat @ of.left).reshape(rows.shape[:2])
-        return of._best(candidate, nonlinear, component, product, grid)
+        return of._fitted(candidate, nonlinear, component, product)
 
-    def _best(
-        self,
-        candidate: Candidate,
-        nonlinear: Grid,
-        component: Orthogonal,
-        product: Array,
-        grid: Grid,
-        among: NDArray[np.bool_] | bool = True,
-    ) -> ScoredCandidate:
-        """The best of D sets, from the products (D, k) of their regressors with the residual."""
+    def _fitted(
+        self, candidate: Candidate, nonlinear: Grid, component: Orthogonal, product: Array
+    ) -> tuple[Array, Array]:
+        """The same from the products (D, k) of the regressors with the residual."""
         total = float(self.left @ self.left)
         errors, linear = component.fit(candidate, product, total)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
             errors = errors * penalty
-        best = int(np.argmin(np.where(among, errors, np.inf)))
-        at = {name: float(array[best]) for name, array in nonlinear.items()}
-        values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
-        best_term = FittedTerm(candidate, at, values)
-        return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+        return errors, linear
+
+
+def _best(
+    candidate: Candidate,
+    nonlinear: Grid,
+    errors: Array,
+    linear: Array,
+    grid: Grid,
+    among: NDArray[np.bool_] | bool = True,
+) -> ScoredCandidate:
+    """The best of D sets, from their errors (D,) and linear parameters (D, k)."""
+    best = int(np.argmin(np.where(among, errors, np.inf)))
+    at = {name: float(array[best]) for name, array in nonlinear.items()}
+    values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
+    best_term = FittedTerm(candidate, at, values)
+    return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
 
 
 def _parts(candidate: Candidate, points: Grid, starts: int) -> list[NDArray[np.bool_] | bool]:
