@@ -70,8 +70,9 @@ def selected_model(data: AxisData, template: AxisModel, before: Search | None = 
         On the same motion, with an effort that may have been moved since then.
     """
     start = fitted_base(data, template)
-    known = before is not None and before.data is data
-    search = before if known else Search.of(data, template, start, before)
+    search = before
+    if search is None or search.data is not data:
+        search = Search.of(data, template, start, before)
     return _with_hidden_events(_selected(search, start))
 
 
