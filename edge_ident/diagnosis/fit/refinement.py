@@ -23,6 +23,8 @@ FINE: Final = 6
 one than noise lets it be known."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
+_BETWEEN: Final = around(1)[[1, 2, 3, 5, 6, 7], 0]
+"""Points of a finer line that the one before has not."""
 _SETTLED: Final = 1e-7
 """Part of the error that a parabola promises to take away yet, below which no round follows: a
 parameter is then within a hundredth of what noise lets be known of it."""
@@ -79,8 +81,8 @@ def refined(
 ) -> ScoredCandidate:
     """Refine all nonlinear parameters of a candidate together.
 
-    One is searched where parabolas end, two on ever finer grids, as many as there are rounds. With
-    more, a descent follows.
+    Up to two are searched on ever finer grids, as many as there are rounds. With more, a descent
+    follows.
     """
     candidate = scored.candidate
     names = candidate.form.nonlinear
@@ -106,39 +108,39 @@ def refined(
 def _along_line(
     subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid, most_rounds: int
 ) -> ScoredCandidate:
-    """The best value of one nonlinear parameter: of a line between the grid's points, then three
-    times of three points, the vertex of a parabola through the last ones in their middle."""
+    """The best value of one nonlinear parameter, on ever finer lines between the grid's points.
+
+    The middle of a finer line and its ends were tried before.
+    """
     candidate = scored.candidate
     (name,) = candidate.form.nonlinear
     offsets = _spacing(grid, name, scored.term.nonlinear) * around(1)[:, 0]
-    middle = scored.term.nonlinear[name]
     for _ in range(most_rounds):
-        line = np.unique(_within(candidate, name, grid, middle + offsets))
-        points = {k: np.full(len(line), v) for k, v in scored.term.nonlinear.items()} | {name: line}
+        nonlinear = scored.term.nonlinear
+        line = np.unique(_within(candidate, name, grid, nonlinear[name] + offsets))
+        points = {k: np.full(len(line), v) for k, v in nonlinear.items()} | {name: line}
         closer, errors = subspace.score_all(candidate, points, grid)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
-        place = int(np.argmin(errors))
-        middle, promised = float(line[place]), np.inf
-        if 0 < place < len(line) - 1:
-            near = slice(place - 1, place + 2)
-            middle, promised = _vertex(line[near], errors[near])
-        if promised < _SETTLED * scored.error:
+        if _promised(line, errors) < _SETTLED * scored.error:
             break
-        offsets = np.array([-1.0, 0.0, 1.0]) * _NARROWING[False] * np.max(np.diff(line))
+        offsets = _NARROWING[False] * np.max(np.abs(offsets)) * _BETWEEN
     return scored
 
 
-def _vertex(points: Array, errors: Array) -> tuple[float, float]:
-    """Where a parabola through three points, the middle one the lowest, ends, and by how much
-    below; that one, and infinity, where errors do not tell."""
-    (below, above), (fallen, risen) = np.diff(points), np.diff(errors)
+def _promised(points: Array, errors: Array) -> float:
+    """By how much a parabola through the best of a few points and its neighbours ends below them;
+    infinity where they tell of none."""
+    place = int(np.argmin(errors))
+    if not 0 < place < len(points) - 1:
+        return np.inf
+    near = slice(place - 1, place + 2)
+    (below, above), (fallen, risen) = np.diff(points[near]), np.diff(errors[near])
     bend = (risen / above - fallen / below) / (below + above)
     if not np.isfinite(bend) or bend <= 0.0:
-        return float(points[1]), np.inf
+        return np.inf
     slope = fallen / below + bend * below
-    move = -0.5 * slope / bend
-    return float(points[1] + move), float(0.25 * slope**2 / bend)
+    return float(0.25 * slope**2 / bend)
 
 
 def _within(candidate: Candidate, name: str, grid: Grid, points: Array) -> Array:
