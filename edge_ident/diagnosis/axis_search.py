@@ -101,7 +101,7 @@ def search_axis(
 
 def _selected(data: AxisData, known: AxisModel) -> Selected:
     """What is selected where recordings may have friction of their own, and where the effort is
-    shifted as it is beside the causes that were found."""
+    shifted as it is beside the causes that were found: first those that the grids show."""
     first = first_selected(data, known)
     data = data_beside_causes(first) or data
     selected = selected_model(data, known, first.search)
