@@ -10,7 +10,12 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.hidden_delay import delayed_data
 from edge_ident.diagnosis.select.own_friction import own_friction_data
-from edge_ident.diagnosis.select.selection import Selected, selected_deeper, selected_model
+from edge_ident.diagnosis.select.selection import (
+    Selected,
+    first_selected,
+    selected_deeper,
+    selected_model,
+)
 from edge_ident.diagnosis.select.shift_again import adequate_data, data_beside_causes
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
@@ -101,8 +106,10 @@ def search_axis(
 
 def _selected(data: AxisData, known: AxisModel) -> Selected:
     """What is selected where recordings may have friction of their own, and where the effort is
-    shifted as it is beside the causes that were found."""
-    selected = selected_model(data, known)
+    shifted as it is beside the causes that were found: first those that the grids show."""
+    first = first_selected(data, known)
+    data = data_beside_causes(first) or data
+    selected = selected_model(data, known, first.search)
     for other in (own_friction_data, data_beside_causes, delayed_data):
         moved = other(selected)
         if moved is not None:

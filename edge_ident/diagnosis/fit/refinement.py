@@ -23,6 +23,11 @@ FINE: Final = 6
 one than noise lets it be known."""
 _NARROWING: Final = (0.25, 0.4)
 """Width of a round over that of the one before; of few nonlinear parameters, of many."""
+_BETWEEN: Final = around(1)[[1, 2, 3, 5, 6, 7], 0]
+"""Points of a finer line that the one before has not."""
+_SETTLED: Final = 1e-7
+"""Part of the error that a parabola promises to take away yet, below which no round follows: a
+parameter is then within a hundredth of what noise lets be known of it."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,8 @@ def refined(
     """
     candidate = scored.candidate
     names = candidate.form.nonlinear
+    if len(names) == 1:
+        return _along_line(subspace, scored, grid, most_rounds)
     width = {name: _spacing(grid, name, scored.term.nonlinear) for name in names}
     many = candidate.descends
     # points around many parameters are too sparse to improve on what was refined before
@@ -96,6 +103,44 @@ def refined(
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
     return descended(subspace, (scored,), grid)[0] if many else scored
+
+
+def _along_line(
+    subspace: ResidualSubspace, scored: ScoredCandidate, grid: Grid, most_rounds: int
+) -> ScoredCandidate:
+    """The best value of one nonlinear parameter, on ever finer lines between the grid's points.
+
+    The middle of a finer line and its ends were tried before.
+    """
+    candidate = scored.candidate
+    (name,) = candidate.form.nonlinear
+    offsets = _spacing(grid, name, scored.term.nonlinear) * around(1)[:, 0]
+    for _ in range(most_rounds):
+        nonlinear = scored.term.nonlinear
+        line = np.unique(_within(candidate, name, grid, nonlinear[name] + offsets))
+        points = {k: np.full(len(line), v) for k, v in nonlinear.items()} | {name: line}
+        closer, errors = subspace.score_all(candidate, points, grid)
+        if np.isfinite(closer.error) and closer.error <= scored.error:
+            scored = closer
+        if _promised(line, errors) < _SETTLED * scored.error:
+            break
+        offsets = _NARROWING[False] * np.max(np.abs(offsets)) * _BETWEEN
+    return scored
+
+
+def _promised(points: Array, errors: Array) -> float:
+    """By how much a parabola through the best of a few points and its neighbours ends below them;
+    infinity where they tell of none."""
+    place = int(np.argmin(errors))
+    if not 0 < place < len(points) - 1:
+        return np.inf
+    near = slice(place - 1, place + 2)
+    (below, above), (fallen, risen) = np.diff(points[near]), np.diff(errors[near])
+    bend = (risen / above - fallen / below) / (below + above)
+    if not np.isfinite(bend) or bend <= 0.0:
+        return np.inf
+    slope = fallen / below + bend * below
+    return float(0.25 * slope**2 / bend)
 
 
 def _within(candidate: Candidate, name: str, grid: Grid, points: Array) -> Array:

@@ -1,10 +1,9 @@
 """Scores of candidates on the residual of a model."""
 
-import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Final, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +17,14 @@ from edge_ident.diagnosis.fit.candidates import (
     term,
 )
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
+from edge_ident.diagnosis.fit.ignored_commands import ignored_command_penalty
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion
-from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.model import PARAMETERS, AxisModel
 
 Array = NDArray[np.float64]
-
-_SLIGHT: Final = 1e-6
-"""Relative change of a command that tells whether the actuator follows it."""
-_MOST_IGNORED: Final = 0.4
-"""Share of ignored samples from which the actuator follows no command at all."""
-_TINY: Final = float(np.finfo(float).tiny)
-_ROUNDING: Final = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -151,6 +142,13 @@ class ResidualSubspace:
         found = self.recurring_regressors if recurring else self.regressors
         return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
 
+    def score_all(
+        self, candidate: Candidate, nonlinear: Grid, grid: Grid
+    ) -> tuple[ScoredCandidate, Array]:
+        """The best of D sets of nonlinear parameters, and the errors (D,) of all."""
+        errors, linear = self._fit(candidate, nonlinear, self.regressors(candidate, nonlinear))
+        return _best(candidate, nonlinear, errors, linear, grid), errors
+
     def score_library(
         self,
         library: Library,
@@ -179,8 +177,9 @@ class ResidualSubspace:
             if self._of(candidate) is self:
                 component, product = components[candidate], products[candidate]
                 grid = grids[candidate]
+                errors, linear = self._fitted(candidate, points, component, product)
                 for part in _parts(candidate, points, starts):
-                    found.append(self._best(candidate, points, component, product, grid, part))
+                    found.append(_best(candidate, points, errors, linear, grid, part))
             else:
                 rows = library[candidate]
                 found.append(self.score_at(candidate, points, rows, grids[candidate]))
@@ -194,33 +193,43 @@ class ResidualSubspace:
         self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid
     ) -> ScoredCandidate:
         """The best of D sets of nonlinear parameters, from their regressors (D, k, n)."""
+        return _best(candidate, nonlinear, *self._fit(candidate, nonlinear, rows), grid)
+
+    def _fit(self, candidate: Candidate, nonlinear: Grid, rows: Array) -> tuple[Array, Array]:
+        """Errors (D,) and linear parameters (D, k) of regressors (D, k, n)."""
         of, flat = self._of(candidate), rows.reshape(-1, rows.shape[-1])
         gram = rows @ rows.transpose(0, 2, 1)
         component = Orthogonal.of(gram, (flat @ of.basis).reshape(*rows.shape[:2], -1))
         product = (flat @ of.left).reshape(rows.shape[:2])
-        return of._best(candidate, nonlinear, component, product, grid)
+        return of._fitted(candidate, nonlinear, component, product)
 
-    def _best(
-        self,
-        candidate: Candidate,
-        nonlinear: Grid,
-        component: Orthogonal,
-        product: Array,
-        grid: Grid,
-        among: NDArray[np.bool_] | bool = True,
-    ) -> ScoredCandidate:
-        """The best of D sets, from the products (D, k) of their regressors with the residual."""
+    def _fitted(
+        self, candidate: Candidate, nonlinear: Grid, component: Orthogonal, product: Array
+    ) -> tuple[Array, Array]:
+        """The same from the products (D, k) of the regressors with the residual."""
         total = float(self.left @ self.left)
         errors, linear = component.fit(candidate, product, total)
         if named(candidate.effect).overrides("withheld"):
             fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
             penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
             errors = errors * penalty
-        best = int(np.argmin(np.where(among, errors, np.inf)))
-        at = {name: float(array[best]) for name, array in nonlinear.items()}
-        values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
-        best_term = FittedTerm(candidate, at, values)
-        return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+        return errors, linear
+
+
+def _best(
+    candidate: Candidate,
+    nonlinear: Grid,
+    errors: Array,
+    linear: Array,
+    grid: Grid,
+    among: NDArray[np.bool_] | bool = True,
+) -> ScoredCandidate:
+    """The best of D sets, from their errors (D,) and linear parameters (D, k)."""
+    best = int(np.argmin(np.where(among, errors, np.inf)))
+    at = {name: float(array[best]) for name, array in nonlinear.items()}
+    values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
+    best_term = FittedTerm(candidate, at, values)
+    return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
 
 
 def _parts(candidate: Candidate, points: Grid, starts: int) -> list[NDArray[np.bool_] | bool]:
@@ -238,55 +247,6 @@ def _released(fitted: FittedModel) -> Array:
     free = fitted.free.copy()
     free[: len(PARAMETERS)] = True
     return np.where(free, fitted.derivatives, 0.0)
-
-
-def ignored_command_penalty(data: AxisData, added: Term) -> Array:
-    """Factor (D,) on the error of a model whose actuator ignores commands; one for all others.
-
-    The effort that the actuator withholds is read from the effort itself. No motion predicts it.
-    So each such sample is a free parameter and is penalized like one; or it may be anything in the
-    range of those that are ignored, where any other command has the density of noise. The shorter
-    description counts: a narrow deadband leaves little free.
-
-    What is left for the motion to explain is the effort that arrives. The error counts as a share
-    of that: a deadband as wide as an effort of two levels would leave nothing, and explain nothing.
-    """
-    effect = named(added.effect)
-    if not effect.overrides("withheld"):
-        return np.ones(1)
-    share, width, arriving = _ignored(data, effect, along_motion(added))
-    noise = min(s.effort_noise for s in data.segments)
-    as_wide = math.sqrt(2.0 * math.pi * math.e) * max(noise, _TINY)  # as entropic as noise
-    in_range = 2.0 * np.log(np.maximum(width / as_wide, 1.0))
-    each = np.minimum(np.log(np.count_nonzero(data.valid)), in_range)
-    factor = np.exp(share * each) / np.maximum(arriving, _ROUNDING)
-    return np.asarray(np.where(share < _MOST_IGNORED, factor, np.inf))
-
-
-def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Array, Array]:
-    """Share (D,) of the samples at which an actuator ignores commands, the width (D,) of the range
-    of what it withholds there, and the share (D,) of the variance that arrives, computed once."""
-    key = (effect.name, *(value.tobytes() for value in values.values()))
-    if key not in data.cache:
-        parts = [_ignored_in(s.raw_effort, effect, values) for s in data.segments]
-        ignores, withheld = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
-        low = np.min(np.where(ignores, withheld, np.inf), axis=-1)
-        high = np.max(np.where(ignores, withheld, -np.inf), axis=-1)
-        commanded = np.concatenate([s.raw_effort for s in data.segments])
-        arriving = np.var(commanded - withheld, axis=-1) / max(float(np.var(commanded)), _TINY)
-        data.cache[key] = np.array(
-            [np.mean(ignores, axis=-1), np.maximum(high - low, 0.0), np.minimum(arriving, 1.0)]
-        )
-    share, width, arriving = data.cache[key]
-    return share, width, arriving
-
-
-def _ignored_in(raw: Array, effect: Effect, values: Values) -> tuple[NDArray[np.bool_], Array]:
-    """Where an actuator ignores a command (M,), and what it withholds, (D, M) each."""
-    more = _SLIGHT * raw
-    withheld = np.atleast_2d(effect.withheld(raw, values))
-    change = effect.withheld(raw + more, values) - withheld
-    return np.abs(change) > 0.5 * np.abs(more), withheld
 
 
 def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:

@@ -15,9 +15,10 @@ import numpy as np
 from edge_ident.diagnosis.fit.candidates import Candidate, cached_effort
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.ignored_commands import ignored_command_penalty
 from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.fit.own_columns import own_columns
-from edge_ident.diagnosis.fit.scoring import ScoredCandidate, ignored_command_penalty
+from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import LOST_CORRELATION
 from edge_ident.model.effects import catalogue, named

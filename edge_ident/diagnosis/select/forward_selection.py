@@ -5,7 +5,7 @@ at once, and the criterion decides between the finished ones.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
@@ -84,6 +84,22 @@ def select_again(search: Search, start: FittedModel, most: float) -> FittedModel
 def grown_on(search: Search, model: FittedModel, without: frozenset[str]) -> FittedModel:
     """Select on from a model, without some effects."""
     return _pruned(search, _largest(search, model, without))
+
+
+def first_causes(search: Search, start: FittedModel) -> Selection:
+    """What a selection from the points of the grids alone begins with, refined at its end.
+
+    It tells how an effort is shifted beside its causes before the search is worth its time.
+
+    Parameters
+    ----------
+    search : Search
+    start : FittedModel
+        The base model.
+    """
+    model = polished(search, _largest(replace(search, refines=False), start, frozenset()))
+    samples = min(search.criterion.samples, independent_samples(search.data, model))
+    return Selection(model, search.with_samples(samples))
 
 
 def _better(fewer: Search, start: FittedModel, model: FittedModel) -> FittedModel:

@@ -95,7 +95,9 @@ class Search:
         """Prepare the search; `start` is the fitted base model, `before` an earlier search."""
         excitation = data.excitation(start.base)
         every = candidates(data, template.position_unit == "rad")
-        grids: dict[Candidate, Grid] = {c: grid(c, excitation) for c in every}
+        # what the base model changes by is nothing to a grid
+        spread = excitation if before is None else before.excitation
+        grids: dict[Candidate, Grid] = {c: grid(c, spread) for c in every}
         spectrum = Spectrum.of(data)
         found = grid_rows if before is None else before.searched.rows
         library = Library.of(grids, {c: found(data, start.axis, c, grids[c]) for c in every})

@@ -7,7 +7,12 @@ import numpy as np
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
-from edge_ident.diagnosis.select.forward_selection import Selection, grown_on, select_forward
+from edge_ident.diagnosis.select.forward_selection import (
+    Selection,
+    first_causes,
+    grown_on,
+    select_forward,
+)
 from edge_ident.diagnosis.select.hidden_events import with_hidden_events
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import PARAMETERS, AxisModel
@@ -62,10 +67,21 @@ def selected_model(data: AxisData, template: AxisModel, before: Search | None = 
     template : AxisModel
         The axis with what it is known to have.
     before : Search, optional
-        On the same motion, with an effort that was moved since then.
+        On the same motion, with an effort that may have been moved since then.
     """
     start = fitted_base(data, template)
-    return _with_hidden_events(_selected(Search.of(data, template, start, before), start))
+    search = before
+    if search is None or search.data is not data:
+        search = Search.of(data, template, start, before)
+    return _with_hidden_events(_selected(search, start))
+
+
+def first_selected(data: AxisData, template: AxisModel) -> Selected:
+    """What a selection begins with; see `first_causes`."""
+    start = fitted_base(data, template)
+    first = first_causes(Search.of(data, template, start), start)
+    unsupported = SupportedModel(first.model, (), (), converged=False)
+    return Selected(first.search, start, first.model, unsupported)
 
 
 def selected_deeper(selected: Selected) -> Selected:

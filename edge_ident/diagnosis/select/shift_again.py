@@ -7,7 +7,8 @@ imitates a shift of the rest. It is wrong in two ways:
   least is tried, and taken where the model is adequate at it.
 - No cause is known yet. A dead band, say, asks for a shift of its own, and what it lacks is then in
   the model to first order only: the rest looks like a spring with much damping. So an effort is
-  moved again beside the causes that were found.
+  moved again beside the causes that were found: first beside those that the grids alone show, as
+  soon as these decide it, because what the search finds at a wrong shift is of no use.
 """
 
 from dataclasses import replace

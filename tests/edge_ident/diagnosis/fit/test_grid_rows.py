@@ -55,9 +55,13 @@ def test_another_grid_or_other_samples_are_computed(search: Search) -> None:
     assert not taken_over(search, fewer, ripple)
 
 
-def test_a_search_of_the_moved_effort_is_the_same_with_and_without(search: Search) -> None:
+def test_a_search_of_the_moved_effort_keeps_the_grids(search: Search) -> None:
+    """Its base model is another, and the grids of play and compliance begin at that of before."""
     data = moved(search.data)
     start = fitted_base(data, TEMPLATE)
-    anew, after = (Search.of(data, TEMPLATE, start, before) for before in (None, search))
-    np.testing.assert_array_equal(anew.library.rows, after.library.rows)
-    assert anew.library.places == after.library.places
+    after = Search.of(data, TEMPLATE, start, search)
+    for candidate in after.library:
+        points = after.library.points[candidate]
+        assert all(np.array_equal(points[k], v) for k, v in search.grids[candidate].items())
+        rows = grid_rows(data, start.axis, candidate, points)
+        np.testing.assert_array_equal(after.library[candidate], rows)

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.selection import Selected
+from edge_ident.diagnosis.select.selection import Selected, first_selected
 from edge_ident.diagnosis.select.shift_again import data_beside_causes
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
@@ -73,6 +73,13 @@ def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
     assert after.error < before.supported.model.error
     assert after.terms[0].linear["width"] == pytest.approx(1.5, rel=0.02)
     assert data_beside_causes(selected(found, DEAD_BAND)) is None
+
+
+def test_the_grids_alone_show_the_shift_before_the_search(data: AxisData) -> None:
+    first = first_selected(out_by(data, 1.5), TEMPLATE)
+    found = data_beside_causes(first)
+    assert found is not None
+    assert found.segments[0].applied_s / SLOW_S == pytest.approx(-EARLY, abs=0.25)
 
 
 def test_an_effort_is_moved_beside_what_is_known(data: AxisData) -> None:
