@@ -21,10 +21,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import base_regressor
-from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -33,9 +31,9 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
-from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.physics import FRICTION
+from edge_ident.diagnosis.structure_there import structure_left_of, structure_there
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
@@ -106,31 +104,16 @@ def judge(
         supported.of(carried.model, carried.kept),
         suspected,
         carried.validation,
-        _structure_there(other, carried.model, tolerance)
-        or bool(lost and _structure_left(data, base, carried.model, tolerance)),
+        structure_there(
+            data,
+            other,
+            carried.model,
+            _residual(other, carried.model, _anew(carried.model)),
+            _anew(carried.model),
+            tolerance,
+        )
+        or bool(lost and structure_left_of(data, base, carried.model, tolerance)),
     )
-
-
-def _structure_there(other: AxisData, model: FittedModel, tolerance: float) -> bool:
-    """Whether a model leaves structure of another recording."""
-    terms = tuple(t for t in model.terms if not named(t.candidate.effect).tied_to_time)
-    there = fit(other, model.template, model.base, terms)
-    left = _residual(other, model, _anew(model))
-    there = replace(there, error=float(left @ left))
-    return _structure_left(other, fit(other, model.template, model.base, ()), there, tolerance)
-
-
-def _structure_left(
-    data: AxisData, base: FittedModel, model: FittedModel, tolerance: float
-) -> bool:
-    """Whether a model leaves structure of a recording, to which the base model was fitted."""
-    samples = np.count_nonzero(data.valid)
-    floor = noise_floor(data, base, float(model.base[0]))
-    left, discrepancy = (
-        float(np.sqrt(square / samples)) for square in (model.error, model_discrepancy(data, model))
-    )
-    scale = nonzero_rms(data.effort[data.valid])
-    return structure_left(left, floor.rms, floor.uncertainty, discrepancy, tolerance * scale, scale)
 
 
 @dataclass(frozen=True)

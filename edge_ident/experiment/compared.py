@@ -157,7 +157,7 @@ class Instruments:
         )
         weight = direction_weight(reversing | rests, cutoff_hz, period_s)
         smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
-        aliased = aliasing_mask(motion, self.count, band.cutoff_hz, period_s, smear)
+        aliased = aliasing_mask(motion, self.count, band.cutoff_hz, self.sampling_s, smear)
         index = decimated(len(weight), band.cutoff_hz, period_s)
         passed = band.lowpass(weight, period_s)
         usable = (passed[index] > LEAST_WEIGHT) & ~aliased[index]

@@ -21,7 +21,7 @@ judgement, not a measurement."""
 class ChangesWith(Enum):
     """What an effect grows or fades with, and the names of the parameters that say how."""
 
-    STROKE = "position, in waves or at one place"
+    STROKE = "position: in waves, at one place, or by its powers"
     TIME = "time: curvature, or time_constant"
     EFFORT = "the effort that is transmitted"
     MOMENT = "nothing: it is there from one time on"

@@ -12,7 +12,7 @@ from typing import Final
 from edge_ident.errors import DataError
 from edge_ident.files.headings import repetition, split_heading
 from edge_ident.files.table import Column, Table
-from edge_ident.files.units import Unit, known_unit
+from edge_ident.files.units import Unit, known_unit, stated_unit
 from edge_ident.signals.column_proposals import propose_axes
 from edge_ident.signals.column_roles import role_of
 from edge_ident.signals.column_units import check_options, conversion, unit_may_be_name
@@ -77,8 +77,8 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     Raises
     ------
     DataError
-        A column that the user names does not exist, a name is not the contract's, or a unit
-        cannot be converted.
+        A column that the user names does not exist, a name is not the contract's, a unit cannot
+        be converted, or the size of a count is given and no column is in counts.
     """
     check_options(options)
     said, units = _said(table, options)
@@ -103,12 +103,32 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
         _use(read, targets.get(read.heading, Proposal(None, "")), units, options, period_s)
         for read in read_columns(table.columns)
     )
+    _check_counts(uses, options)
     repeated = _repeated(uses, said)
     questions += [f"several columns are named {heading}" for heading in repeated]
     return ColumnMapping(
         uses, period_s, why if period_s is not None else "", tuple(questions),
         _accepting(uses, table, targets, repeated, options),
     )  # fmt: skip
+
+
+def _check_counts(uses: tuple[ColumnUse, ...], options: ReadOptions) -> None:
+    """A user who says what a count is means a column: one that states no unit, if none is counts.
+
+    Raises
+    ------
+    DataError
+    """
+    texts = [use.unit_text for use in uses if use.unit_text is not None]
+    units = [unit.base for text in texts if (unit := stated_unit(text)) is not None]
+    bare = [u for u in uses if u.unit_text is None and "_position_" in (u.target or "")]
+    if options.resolution is not None and bare and "count" not in units:
+        raise DataError(
+            f"--resolution {options.resolution}: no column is in counts, and {bare[0].heading} "
+            "states no unit",
+            f"if it is in counts, say so: --unit '{bare[0].heading}=counts'; else leave "
+            "--resolution out",
+        )
 
 
 def _repeated(uses: tuple[ColumnUse, ...], said: Mapping[str, str]) -> tuple[str, ...]:

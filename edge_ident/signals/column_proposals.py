@@ -156,7 +156,7 @@ def _of_position(
 ) -> tuple[Proposal, list[str]]:
     """What a position may be."""
     if read.unit is None:
-        return _of_bare_position(read, axis, turns)
+        return _of_bare_position(read, axis, turns, options)
     unit, missing = resolved_unit(read.unit, options)
     reason = f"a position in {read.column.unit}"
     if missing:
@@ -167,8 +167,10 @@ def _of_position(
     return Proposal(f"{axis}_position_{name_ending(unit.base)}", reason), []
 
 
-def _of_bare_position(read: ReadColumn, axis: str, turns: bool) -> tuple[Proposal, list[str]]:
-    """What a position may be whose unit is not known."""
+def _of_bare_position(
+    read: ReadColumn, axis: str, turns: bool, options: ReadOptions
+) -> tuple[Proposal, list[str]]:
+    """What a position may be whose unit is not known; counts where the user says their size."""
     heading, values = read.heading, read.column.values
     if read.unknown is not None and read.unknown.lower() == "grad":
         asked = f"{heading} is in grad: degrees (German Grad), or gradians of 0.9 degrees (gon)?"
@@ -177,6 +179,10 @@ def _of_bare_position(read: ReadColumn, axis: str, turns: bool) -> tuple[Proposa
         proposal, asked = without_unit(read, f"{axis}_position_rad", "a position")
         return proposal, [asked]
     reason = f"a position, from {np.min(values):.4g} to {np.max(values):.4g}"
+    if options.resolution is not None:
+        unit, _ = resolved_unit(Unit("count"), options)
+        asked = f"{heading} states no unit: counts, as --resolution suggests?"
+        return Proposal(f"{axis}_position_{name_ending(unit.base)}", reason, "counts"), [asked]
     if turns:
         text = _angle_unit(values)
         other = "deg" if text == "rad" else "rad"

@@ -4,12 +4,13 @@ What a machine has can change along the stroke, or with time: the inertia of a c
 that is wound, the force constant of a motor, friction that differs from place to place. Along one
 motion each looks like the effect of the catalogue with the same period or the same course in time,
 and the catalogue would name that. Here each takes the cause's place with no more parameters. Where
-one describes the effort decisively better, the cause is none.
+one describes the effort decisively better, or as well with fewer, the cause is none.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,7 @@ from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith
@@ -34,11 +36,16 @@ cause's parameters."""
 
 
 def _shapes(motion: Motion, values: Values) -> tuple[Array, Array]:
-    """Cosine and sine (2, N) over the position, or a bump (1, N), and their derivatives by it."""
+    """What changes along the stroke (k, N), and its derivatives by the position: a bump, cosine and
+    sine, or powers of the distance from the middle."""
     if np.any(values.get("bump", 0.0)):
         away = (motion.position - float(values["place"])) / float(values["width"])
         at_place = np.exp(-np.square(away))[None]
         return at_place, -2.0 * away / float(values["width"]) * at_place
+    if not any(np.any(values.get(name, 0.0)) for name in ("cosine", "sine")):
+        away = motion.position - float(values.get("centre", 0.0))
+        powers = 2 if np.any(values.get("curvature", 0.0)) else 1
+        return np.stack([away, away**2])[:powers], np.stack([np.ones_like(away), 2 * away])[:powers]
     rate = math.tau / float(values["period"])
     cosine, sine = np.cos(rate * motion.position), np.sin(rate * motion.position)
     return np.stack([cosine, sine]), rate * np.stack([-sine, cosine])
@@ -55,6 +62,12 @@ def _viscous(motion: Motion, effort: Array, values: Values) -> Array:
 
 def _force(motion: Motion, effort: Array, values: Values) -> Array:
     return _shapes(motion, values)[0] * effort
+
+
+def _follows_load(motion: Motion, effort: Array, values: Values) -> Array:
+    """A loss of what is transmitted, to all or to a part of the inertia."""
+    lost = np.sign(motion.transmitted) * motion.direction
+    return lost * np.stack([motion.transmitted, motion.acceleration])
 
 
 def _course(motion: Motion, values: Values) -> Array:
@@ -95,6 +108,7 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "an inertia that changes along the stroke": _inertia,
         "viscous friction that changes along the stroke": _viscous,
         "a force constant of the motor that changes along the stroke": _force,
+        "friction that follows the load": _follows_load,
     },
     ChangesWith.TIME: {
         "an inertia that changes with time": _inertia_in_time,
@@ -111,7 +125,9 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
 
 
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
-    """Reasons against terms in whose place a law outside the catalogue is decisively better.
+    """Reasons against terms in whose place a law outside the catalogue is better.
+
+    Decisively so, or with fewer parameters and not decisively worse.
 
     Parameters
     ----------
@@ -129,27 +145,53 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
         if not laws:
             continue
         rest = search.fit(model.base, model.without(k))
-        misfits = {name: search.criterion.misfit(_left(search, rest, law, term.values))
-                   for name, law in laws.items()}  # fmt: skip
-        best = min(misfits, key=lambda name: misfits[name])
-        if search.criterion.misfit(model.error) - misfits[best] > DECISIVE.value:
-            doubts[k] = f"{best} describes the effort better"
+        of_cause = search.criterion.misfit(model.error)
+        load = _without_friction(model.axis_without([k]))
+        found = {name: _tried(search, rest, law, term.values, load) for name, law in laws.items()}
+        better = {
+            name: misfit
+            for name, (misfit, parameters) in found.items()
+            if of_cause - misfit > _needed(parameters, len(term.candidate.form.linear))
+        }
+        if better:
+            best = min(better, key=lambda name: better[name])
+            decisive = of_cause - better[best] > DECISIVE.value
+            how = "better" if decisive else "as well, with fewer parameters"
+            doubts[k] = f"{best} describes the effort {how}"
     return doubts
 
 
-def _left(search: Search, rest: FittedModel, law: Law, values: Values) -> float:
-    """Sum of squares that a law leaves beside the other terms, which keep their bounds."""
+def _needed(parameters: int, of_cause: int) -> float:
+    """Units by which a law with so many parameters has to be better than the cause."""
+    return -DECISIVE.value if parameters < of_cause else DECISIVE.value
+
+
+def _tried(
+    search: Search, rest: FittedModel, law: Law, values: Values, load: AxisModel
+) -> tuple[float, int]:
+    """What the sum of squares costs that a law leaves beside the other terms, which keep their
+    bounds; and the number of the law's parameters. The model of the load is that of the cause."""
     data = search.data
-    columns = np.hstack([_columns(s, rest.axis, law, values) for s in data.segments]).T
+    columns = np.hstack([_columns(s, rest.axis, law, values, load) for s in data.segments]).T
     changes = np.hstack([rest.derivatives, columns])[data.valid]
     free = np.full(columns.shape[1], np.inf)
     low, high = np.array(bounds(data, rest.template, rest.terms)) - rest.linear_parameters
     low, high = np.append(low, -free), np.append(high, free)
     residual = (data.effort - rest.predicted)[data.valid]
     step = solve_within(changes, residual, low, high).solution
-    return float(np.sum((residual - changes @ step) ** 2))
+    error = float(np.sum((residual - changes @ step) ** 2))
+    return search.criterion.misfit(error), columns.shape[1]
 
 
-def _columns(segment: Segment, axis: AxisModel, law: Law, values: Values) -> Array:
+def _columns(segment: Segment, axis: AxisModel, law: Law, values: Values, load: AxisModel) -> Array:
     """Columns (k, n) of a law at the compared samples of a recording."""
-    return segment.filter(law(segment.motion, along(segment, axis), values))
+    motion = replace(segment.motion, transmitted=along(segment, load))
+    return segment.filter(law(motion, along(segment, axis), values))
+
+
+def _without_friction(axis: AxisModel) -> AxisModel:
+    """What an axis resists with but for its friction: the load that a transmission carries."""
+    base, *added = axis.terms
+    smooth = {**base.values, "viscous_friction": 0.0, "coulomb_friction": 0.0}
+    kept = (t for t in added if not named(t.effect).overrides("friction"))
+    return AxisModel((replace(base, values=smooth), *kept))

@@ -157,14 +157,19 @@ class AxisData:
     def exceeds_aliasing(self, residual: Array, inertia: float) -> NDArray[np.bool_]:
         """Invalid samples (n,) whose residual aliased quantization cannot explain.
 
-        Their residual exceeds both what aliasing makes of the inertia and five standard deviations
-        of the residual at the valid samples.
+        Their residual exceeds what aliasing makes of the inertia and of the controller's answer,
+        and five standard deviations of the residual at the valid samples.
         """
         aliased = np.concatenate(
-            [np.full(len(s.sample_index), s.aliased_acceleration) for s in self.segments]
+            [
+                np.full(
+                    len(s.sample_index), max(inertia * s.aliased_acceleration, s.aliased_effort)
+                )
+                for s in self.segments
+            ]
         )
         elsewhere = rms(residual[self.valid])
-        most = np.maximum(inertia * aliased, OUTLIER * elsewhere)
+        most = np.maximum(aliased, OUTLIER * elsewhere)
         return np.asarray(~self.valid & (np.abs(residual) > most))
 
     def with_valid(self, samples: NDArray[np.bool_]) -> "AxisData":

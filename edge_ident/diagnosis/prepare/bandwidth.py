@@ -156,6 +156,15 @@ def white_noise(effort: Array, position: Array, cutoff_hz: float, period_s: floa
     return float(deviation / np.sqrt(1.0 - 2.0 * above_hz * period_s))
 
 
+def fast_effort(effort: Array, cutoff_hz: float, period_s: float) -> float:
+    """Standard deviation of the effort (N,) above a cut-off, without the steps of friction.
+
+    That of a tone is close to its amplitude: of half of its samples, the sine is above 0.7.
+    """
+    fast = np.abs(effort - lowpass(effort, cutoff_hz, period_s))
+    return float(quantile(fast, 0.5) / _MEDIAN_OF_NORMAL)
+
+
 def _lagged_products(signal: Array, lags: int) -> Array:
     """Products (L, L) of every two of the L lagged parts, as long as can be, of a signal (N,).
 

@@ -10,7 +10,12 @@ import scipy.special
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.bandwidth import Band, comparison_band, white_noise
+from edge_ident.diagnosis.prepare.bandwidth import (
+    Band,
+    comparison_band,
+    fast_effort,
+    white_noise,
+)
 from edge_ident.diagnosis.prepare.masks import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
@@ -53,6 +58,9 @@ that frequency would take 0.4 % off, which the inertia makes up for."""
 _ALIASED: Final = 2.0 / np.pi
 """Amplitude, in encoder counts, that aliasing can reach: twice the first harmonic of the rounding
 error, because the controller answers it."""
+_ANSWERED: Final = 2.0
+"""Amplitude that aliasing can reach, of the effort above the band: at other speeds the controller's
+answer to the rounding is there, and is no larger."""
 _BLOCKS: Final = 40
 """Blocks of time in a recording."""
 _BLOCK_PERIODS: Final = 4.0
@@ -114,7 +122,7 @@ def _clocks(recordings: Sequence[Recording]) -> list[int]:
 
 
 def _segment(recording: Recording, name: str, clock: int) -> Segment:
-    raw = Sampled.of(recording, name, clock)
+    raw, late_s = Sampled.of(recording, name, clock), recording.effort_shift_s
     count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
     band, motion_hz, density = _band(raw, noise, widest_hz)
@@ -124,8 +132,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
     start_index, sample_index = _compared(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
-    turns, valid, far = _masks(narrow, known, count, band, period_s, sample_index)
-    late_s = recording.effort_shift_s
+    turns, valid, far = _masks(narrow, known, count, band, (period_s, raw.period_s), sample_index)
     return Segment(
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
@@ -148,6 +155,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         band=band,
         period_s=period_s,
         aliased_acceleration=_ALIASED * count * band.acceleration_gain,
+        aliased_effort=_ANSWERED * fast_effort(raw.effort, band.cutoff_hz, raw.period_s),
         position_noise=noise,
         acceleration_noise=acceleration_noise(noise, band.cutoff_hz, raw.period_s),
         effort_noise=float(np.sqrt(density * band.cutoff_hz)),
@@ -222,15 +230,19 @@ def _masks(
     known: Array,
     count: float,
     band: Band,
-    period_s: float,
+    periods_s: tuple[float, float],
     sample_index: NDArray[np.intp],
 ) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Reversals; the valid samples; and of those the ones far from reversal and standstill."""
+    """Reversals; the valid samples; and of those the ones far from reversal and standstill.
+
+    Rounding aliases at the sampling rate of the recording; the motion may have fewer samples.
+    """
+    period_s, recorded_s = periods_s
     turns = reversals(motion)
     turning = known < 0.5
     turning[turns] = True
     smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
-    aliased = aliasing_mask(motion, count, band.cutoff_hz, period_s, smear)
+    aliased = aliasing_mask(motion, count, band.cutoff_hz, recorded_s, smear)
     valid = ~aliased[sample_index]
     far = ~widened(turning, 3 * smear)[sample_index]
     return turns, valid, far & valid

@@ -69,6 +69,8 @@ class Segment:
         The valid ones that no reversal or standstill can have reached through the filter.
     aliased_acceleration : float
         Largest acceleration that aliased encoder quantization can imitate.
+    aliased_effort : float
+        Largest effort that a controller's aliased answer to it can be.
     position_noise, acceleration_noise, effort_noise : float
         Standard deviations of white noise; the last two when cut off sharply at the cut-off.
     cache : dict
@@ -98,6 +100,7 @@ class Segment:
     period_s: float
     filter: SampledFilter
     aliased_acceleration: float
+    aliased_effort: float
     position_noise: float
     acceleration_noise: float
     effort_noise: float

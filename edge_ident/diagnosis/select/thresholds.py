@@ -24,8 +24,8 @@ KEPT_TERM: Final = Threshold(
 DECISIVE: Final = Threshold(
     10.0,
     "units of the criterion",
-    "Two models differ by this, or the motion does not separate them. A replacement that adds a "
-    "kind of effect gains more than this, and so does an unnamed law in a cause's place.",
+    "Two models differ by this, or the motion does not separate them. What replaces a cause gains "
+    "more: another kind of effect, or an unnamed law; that with fewer parameters loses no more.",
     "Kass and Raftery, JASA 90 (1995) 773: a difference of ten is very strong evidence.",
     "`test_alternatives.py`: a separable and an inseparable pair",
 )

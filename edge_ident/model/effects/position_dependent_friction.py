@@ -81,8 +81,8 @@ EFFECT: Final = PositionDependentFriction(
     ),
     search=SearchSpec(
         forms=(
-            Form(("gradient",)),
-            Form(("gradient", "curvature"), several_speeds=True),
+            Form(("gradient",), changes=ChangesWith.STROKE),
+            Form(("gradient", "curvature"), several_speeds=True, changes=ChangesWith.STROKE),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
             Form(
                 ("bump",),

@@ -98,8 +98,8 @@ EFFECT: Final = PositionDependentInertia(
     ),
     search=SearchSpec(
         forms=(
-            Form(("slope",), several_speeds=True),
-            Form(("slope", "curvature"), several_speeds=True),
+            Form(("slope",), several_speeds=True, changes=ChangesWith.STROKE),
+            Form(("slope", "curvature"), several_speeds=True, changes=ChangesWith.STROKE),
             *(
                 Form(
                     ("cosine", "sine"), rotary=True, known=(("period", turn),), several_speeds=True

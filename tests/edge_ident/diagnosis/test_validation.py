@@ -28,6 +28,7 @@ def session(
     cold: float = 0.0,
     lasts_s: float = 4.0,
     period_s: float = PERIOD_S,
+    noise: float = NOISE,
 ) -> Recording:
     """14 s of five sines of random phase on an axis with ripple."""
     rng = np.random.default_rng(seed)
@@ -38,7 +39,7 @@ def session(
     effort = 0.5 * a + friction * (0.8 * v + 1.1 * np.sign(v)) + offset
     effort += ripple * np.sin(2.0 * np.pi * x / RIPPLE_M) + spring * x
     effort += cold * np.exp(-t / lasts_s) * v
-    effort += push * np.exp(-(((t - 9.0) / 0.15) ** 2)) + NOISE * rng.standard_normal(len(t))
+    effort += push * np.exp(-(((t - 9.0) / 0.15) ** 2)) + noise * rng.standard_normal(len(t))
     axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
     return Recording(t, {"x": axis}, f"session {seed}")
 
@@ -85,6 +86,17 @@ def test_a_machine_that_is_explained_on_both_days_is_explained() -> None:
     assert found.axes["x"].suspected == ()
     worse = diagnose([session(3)], validate=session(4, spring=0.4), stability=False)
     assert worse.axes["x"].verdict is Verdict.UNEXPLAINED, "the other day had a spring"
+
+
+def test_parameters_that_noise_has_moved_leave_no_structure_of_the_other_day() -> None:
+    """The first day was so noisy that its parameters are a few percent off."""
+    day, noisy = session(4, ripple=0.0), session(3, ripple=0.0, noise=4.0)
+    found = diagnose([noisy], validate=day, stability=False)
+    left = found.validation["x"].base
+    assert left > 0.015, "more than noise and the tolerance are there"
+    assert found.axes["x"].verdict is Verdict.ADEQUATE
+    other = diagnose([noisy], validate=session(4, ripple=0.3), stability=False)
+    assert other.axes["x"].verdict is Verdict.UNEXPLAINED, "the other day had a ripple"
 
 
 def test_friction_of_another_day_is_seen_from_what_is_left_with_its_own() -> None:

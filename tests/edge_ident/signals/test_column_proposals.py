@@ -1,5 +1,6 @@
 """What is proposed for columns that nobody named, and that it can be accepted."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -269,3 +270,19 @@ def test_a_time_that_is_too_slow_names_its_own_column(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="too slow") as caught:
         edge_ident.load_recording(path, options=edge_ident.ReadOptions(period_s=2.5))
     assert caught.value.next_step == "give the sampling period in seconds: --period"
+
+
+def test_a_position_without_a_unit_is_in_counts_where_their_size_is_given(tmp_path: Path) -> None:
+    columns = axis("pos", "iq [A]", position=2.0 * np.pi / 16384.0)
+    path = write(tmp_path / "counts.csv", columns)
+    options = edge_ident.ReadOptions(resolution="16384/turn")
+    found = edge_ident.inspect_recording(path, options=options)
+    assert {use.heading: use.unit_text for use in found.columns}["pos"] == "counts"
+    assert found.options[-2:] == ("--resolution", "16384/turn")
+    columns_said = {"pos": "x_position_rad", "iq [A]": "x_current_a"}
+    said = replace(options, columns=columns_said)
+    with pytest.raises(DataError, match="no column is in counts, and pos states no unit") as error:
+        edge_ident.load_recording(path, options=said)
+    assert "--unit 'pos=counts'" in error.value.next_step
+    read = edge_ident.load_recording(path, options=replace(said, units={"pos": "counts"}))
+    np.testing.assert_allclose(read.axes["x"].position, GOOD.position, atol=1e-9)

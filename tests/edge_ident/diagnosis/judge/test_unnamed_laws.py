@@ -11,6 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
 from edge_ident.model.search import ChangesWith, Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 from tests.repetitions import a_few
@@ -144,3 +145,49 @@ def test_a_law_gains_nothing_by_a_shift_that_no_other_model_may_have() -> None:
     inertia = 0.1 * COSINE * ACCELERATION - 0.05 * RATE * SINE * VELOCITY**2
     late = np.interp(TIME_S - 0.004, TIME_S, SOUND + inertia)
     assert not doubt(late, "position_dependent_inertia", WAVE, period=PERIOD)
+
+
+HEIGHT = POSITION - np.mean(POSITION)
+POWERS_OF_PLACE = {
+    "position_dependent_inertia": (("slope",), HEIGHT * ACCELERATION + 0.5 * VELOCITY**2),
+    "position_dependent_friction": (("gradient",), HEIGHT * np.sign(VELOCITY)),
+}
+"""Linear parameters of a form, and the effort of one."""
+
+
+@pytest.mark.parametrize("effect", a_few(POWERS_OF_PLACE, ["position_dependent_friction"]))
+def test_a_force_constant_that_falls_along_the_stroke_is_no_effect(effect: str) -> None:
+    linear, extra = POWERS_OF_PLACE[effect]
+    form = next(form for form in named(effect).search.forms if form.linear == linear)
+    at = {"centre": float(np.mean(POSITION)), "period": PERIOD}
+    assert not doubt(SOUND + 0.05 * extra, effect, form, **at)
+    reason = doubt((1.0 + 0.03 * HEIGHT) * SOUND, effect, form, **at)
+    assert reason.startswith("a force constant of the motor that changes along the stroke")
+
+
+def test_a_transmission_that_loses_of_a_weight_is_no_friction_of_the_stroke() -> None:
+    """The weight differs along the stroke, and friction that follows it does, too."""
+    weight = 1.5 * COSINE + 0.4 * ACCELERATION
+    lost = SOUND + weight + 0.2 * np.abs(weight) * np.sign(VELOCITY)
+    data = prepare_axis([recorded(TIME_S, POSITION, lost, noise=0.01)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    terms = tuple(
+        FittedTerm(Candidate(effect, WAVE), {"period": PERIOD}, dict.fromkeys(WAVE.linear, 0.0))
+        for effect in ("position_dependent_load", "position_dependent_friction")
+    )
+    search = Search.of(data, TEMPLATE, start)
+    doubts = unnamed(search, search.fit(start.base, terms))
+    assert doubts == {1: "friction that follows the load describes the effort better"}
+
+
+def test_a_law_with_fewer_parameters_need_not_be_better() -> None:
+    """Without a weight, and beside so much noise, a payload may be a force constant as well."""
+    form = Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT)
+    stepped = SOUND + 0.06 * (TIME_S >= 7.0) * SOUND
+    data = prepare_axis([recorded(TIME_S, POSITION, stepped, noise=1.0)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    search = Search.of(data, TEMPLATE, start)
+    at, nothing = {"time": 7.0, "clock": 0.0}, dict.fromkeys(form.linear, 0.0)
+    model = search.fit(start.base, (FittedTerm(Candidate("payload_change", form), at, nothing),))
+    reason = "a force constant that changes then describes the effort as well, "
+    assert unnamed(search, model) == {0: reason + "with fewer parameters"}

@@ -307,6 +307,35 @@ def test_a_push_while_quantization_aliases_is_found(early_s: float) -> None:
     assert axis.extended.held_out < 0.5 * axis.base.held_out, "nobody can foresee a push"
 
 
+def test_a_controller_that_answers_aliased_rounding_is_no_push() -> None:
+    """A loop that is faster than the record answers rounding with a tone, which sampling folds into
+    the band where the axis moves a whole number of counts a sample."""
+    t = np.arange(0.0, 32.0, PERIOD_S)
+    rate, count = 0.3, 1e-3
+    x, v, a = np.sin(rate * t) / rate, np.cos(rate * t), -rate * np.sin(rate * t)
+    tone = 0.4 * np.cos(2.0 * np.pi * x / count + 1.0)
+    record = recorded(t, x, rigid(v, a) + tone, noise=0.02, count=count)
+    data = prepare_axis([record], "x")
+    assert not np.all(data.valid)
+    assert not np.any(data.exceeds_aliasing(np.where(data.valid, 0.02, 0.4), 0.5))
+    assert np.array_equal(data.exceeds_aliasing(np.where(data.valid, 0.02, 1.2), 0.5), ~data.valid)
+    axis = diagnosed(record)
+    assert not axis.causes
+    assert not axis.suspected
+
+
+def test_rounding_aliases_at_the_rate_of_the_recording() -> None:
+    """A slow motion needs fewer samples than were recorded. At a fifth of a count a recorded one,
+    rounding is far above the band, although it is several counts from one kept sample to the next.
+    """
+    t = np.arange(0.0, 60.0, PERIOD_S / 4.0)
+    rate, count = 0.3, 2.4e-3
+    x, v, a = np.sin(rate * t) / rate, np.cos(rate * t), -rate * np.sin(rate * t)
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.02, count=count)], "x")
+    assert data.segments[0].stride > 1
+    assert np.all(data.valid)
+
+
 def test_friction_that_changes_alone_is_no_payload() -> None:
     t, x, v, a = swing()
     step = 0.1 * np.sign(v) * (t > 11.0)

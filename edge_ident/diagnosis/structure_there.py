@@ -1,0 +1,114 @@
+"""Whether a model that was fitted to one recording leaves structure of another one.
+
+What it leaves there is more than noise of that recording. Noise of the recording that it was fitted
+to has moved its parameters, and with them what it predicts: that is no structure either.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.own_columns import own_columns
+from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import structure_left
+from edge_ident.diagnosis.select.thresholds import LARGEST_DISCREPANCY
+from edge_ident.estimation.columns import unit_length
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
+
+Array = NDArray[np.float64]
+
+_RANK: Final = 1e-7
+_DEVIATIONS: Final = 2.0
+"""Standard deviations by which a prediction may be off: few parameters make most of it, so one in
+twenty is off by more."""
+
+
+def structure_there(
+    data: AxisData,
+    other: AxisData,
+    model: FittedModel,
+    left: Array,
+    anew: list[int],
+    tolerance: float,
+) -> bool:
+    """Whether a model leaves structure of another recording than that to which it was fitted.
+
+    Parameters
+    ----------
+    data, other : AxisData
+        The recording to which the model was fitted, and the other one.
+    model : FittedModel
+    left : (m,) array
+        What it leaves at the valid samples of the other one.
+    anew : list of int
+        Places of the base parameters that were fitted anew to that.
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
+    """
+    terms = tuple(model.terms[k] for k in _lasting(model))
+    there = fit(other, model.template, model.base, terms)
+    unsure = _unsure(data, model, other, there, anew)
+    there = replace(there, error=float(left @ left))
+    base = fit(other, model.template, model.base, ())
+    return structure_left_of(other, base, there, tolerance, unsure)
+
+
+def structure_left_of(
+    data: AxisData,
+    base: FittedModel,
+    model: FittedModel,
+    tolerance: float,
+    unsure: float = 0.0,
+) -> bool:
+    """Whether a model leaves structure of a recording, to which the base model was fitted.
+
+    Parameters
+    ----------
+    unsure : float
+        Rms by which its prediction may be off for the noise of another recording.
+    """
+    samples = np.count_nonzero(data.valid)
+    floor = noise_floor(data, base, float(model.base[0]))
+    left, discrepancy = (
+        float(np.sqrt(square / samples)) for square in (model.error, model_discrepancy(data, model))
+    )
+    scale = nonzero_rms(data.effort[data.valid])
+    noise = float(np.hypot(floor.rms, min(unsure, LARGEST_DISCREPANCY.value * scale)))
+    return structure_left(left, noise, floor.uncertainty, discrepancy, tolerance * scale, scale)
+
+
+def _unsure(
+    data: AxisData, model: FittedModel, other: AxisData, there: FittedModel, anew: list[int]
+) -> float:
+    """Rms by which noise in the recording that a model was fitted to may move what it predicts of
+    another one, where the model without what is tied to time has the derivatives of `there`.
+
+    What is fitted anew to that recording is not unsure.
+    """
+    lasting = _lasting(model)
+    kept = [k for k in range(len(PARAMETERS)) if k not in anew]
+    here = np.r_[tuple([kept, *(model.columns_of(k) for k in lasting)])]
+    columns = np.r_[tuple([kept, *(there.columns_of(k) for k in range(len(lasting)))])]
+    fitted = model.jacobian[data.valid]
+    freedom = max(len(fitted) - np.linalg.matrix_rank(fitted), 1)
+    unit, length = unit_length(fitted)
+    moved = np.linalg.pinv(unit, rcond=_RANK)[here] / length[here, None]
+    seen = there.derivatives[other.valid]
+    basis = orthonormal(np.hstack([seen[:, anew], own_columns(other)[other.valid]]))
+    seen = seen[:, columns]
+    seen = seen - basis @ (basis.T @ seen)
+    variance = model.error / freedom * np.sum((seen @ moved) ** 2)
+    return _DEVIATIONS * float(np.sqrt(variance / len(seen)))
+
+
+def _lasting(model: FittedModel) -> list[int]:
+    """Places of the terms that another recording has as well."""
+    return [k for k, t in enumerate(model.terms) if not named(t.candidate.effect).tied_to_time]
