@@ -94,7 +94,7 @@ def _unsure(
     What is fitted anew to that recording is not unsure.
     """
     lasting = _lasting(model)
-    kept = [k for k in range(len(PARAMETERS)) if k not in anew]
+    kept = np.array([k for k in range(len(PARAMETERS)) if k not in anew], dtype=np.intp)
     here = np.r_[tuple([kept, *(model.columns_of(k) for k in lasting)])]
     columns = np.r_[tuple([kept, *(there.columns_of(k) for k in range(len(lasting)))])]
     fitted = model.jacobian[data.valid]

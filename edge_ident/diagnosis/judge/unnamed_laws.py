@@ -4,7 +4,8 @@ What a machine has can change along the stroke, or with time: the inertia of a c
 that is wound, the force constant of a motor, friction that differs from place to place. Along one
 motion each looks like the effect of the catalogue with the same period or the same course in time,
 and the catalogue would name that. Here each takes the cause's place with no more parameters. Where
-one describes the effort decisively better, or as well with fewer, the cause is none.
+one describes the effort decisively better, the cause is none; nor is a change at one moment that a
+law with fewer parameters describes as well.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
@@ -26,7 +27,7 @@ from edge_ident.model.effect import Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import ChangesWith
+from edge_ident.model.search import ChangesWith, Form
 
 Array = NDArray[np.float64]
 _TINY: Final = float(np.finfo(float).tiny)
@@ -127,7 +128,8 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     """Reasons against terms in whose place a law outside the catalogue is better.
 
-    Decisively so, or with fewer parameters and not decisively worse.
+    Decisively so. What happens at one moment may also be a law with fewer parameters that is not
+    decisively worse; other laws are special cases of effects that change likewise.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
         better = {
             name: misfit
             for name, (misfit, parameters) in found.items()
-            if of_cause - misfit > _needed(parameters, len(term.candidate.form.linear))
+            if of_cause - misfit > _needed(parameters, term.candidate.form)
         }
         if better:
             best = min(better, key=lambda name: better[name])
@@ -161,9 +163,10 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     return doubts
 
 
-def _needed(parameters: int, of_cause: int) -> float:
-    """Units by which a law with so many parameters has to be better than the cause."""
-    return -DECISIVE.value if parameters < of_cause else DECISIVE.value
+def _needed(parameters: int, form: Form) -> float:
+    """Units by which a law with so many parameters has to be better than a cause of this form."""
+    simpler = form.changes is ChangesWith.MOMENT and parameters < len(form.linear)
+    return -DECISIVE.value if simpler else DECISIVE.value
 
 
 def _tried(

@@ -34,9 +34,8 @@ _RUN_IN: Final = 0.1
 the record. What builds up over a longer distance is not searched for."""
 _STILL_NOISE: Final = 6.0
 """Range of the position, in the same unit, of an axis at rest: less than two counts."""
-_HARMONICS: Final = 3
-"""Harmonics of the rounding error, a sawtooth, that are considered: the next has a quarter of the
-amplitude."""
+_HARMONICS: Final = 2
+"""Harmonics of the rounding error, a sawtooth, that are considered."""
 _SLOW_SWEEP: Final = 8.0
 """Cut-off periods in which an aliased tone may cross the band and still look like motion."""
 

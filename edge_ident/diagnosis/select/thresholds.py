@@ -25,7 +25,7 @@ DECISIVE: Final = Threshold(
     10.0,
     "units of the criterion",
     "Two models differ by this, or the motion does not separate them. What replaces a cause gains "
-    "more: another kind of effect, or an unnamed law; that with fewer parameters loses no more.",
+    "more: another kind of effect, or an unnamed law; that in a payload's place loses no more.",
     "Kass and Raftery, JASA 90 (1995) 773: a difference of ten is very strong evidence.",
     "`test_alternatives.py`: a separable and an inseparable pair",
 )

@@ -1,5 +1,7 @@
 """Another recording judges a model: what helps there stays, and the rest becomes a suspicion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -125,6 +127,16 @@ def test_a_colder_day_does_not_refute_a_warm_up() -> None:
     carried = found.validation["x"]
     assert carried.extended <= 1.01 * carried.base
     assert found.axes["x"].verdict is Verdict.EXPLAINED
+
+
+def test_a_gain_that_drifts_leaves_nothing_to_be_unsure_of() -> None:
+    """It changes every base parameter, so each is fitted anew to the other day."""
+    day, drifted = session(11, ripple=0.0), session(10, ripple=0.0)
+    axis = drifted.axes["x"]
+    drift = replace(axis, effort=axis.effort * (1.0 + 0.02 * drifted.time_s))
+    first = replace(drifted, axes={"x": drift})
+    found = diagnose([first], validate=day, stability=False).axes["x"]
+    assert [c.term.effect for c in found.causes] == ["gain_drift"]
 
 
 def test_the_interval_of_a_gain_covers_it() -> None:
