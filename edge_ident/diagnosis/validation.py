@@ -33,7 +33,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.physics import FRICTION
-from edge_ident.diagnosis.structure_there import structure_left_of, structure_there
+from edge_ident.diagnosis.structure_elsewhere import leaves_structure, structure_elsewhere
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
@@ -100,19 +100,14 @@ def judge(
         suspected = strongest_first(
             replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
         )
+    anew = _anew(carried.model)
+    left = _residual(other, carried.model, anew)
     return Judged(
         supported.of(carried.model, carried.kept),
         suspected,
         carried.validation,
-        structure_there(
-            data,
-            other,
-            carried.model,
-            _residual(other, carried.model, _anew(carried.model)),
-            _anew(carried.model),
-            tolerance,
-        )
-        or bool(lost and structure_left_of(data, base, carried.model, tolerance)),
+        structure_elsewhere(data, other, carried.model, left, anew, tolerance)
+        or bool(lost and leaves_structure(data, base, carried.model, tolerance)),
     )
 
 

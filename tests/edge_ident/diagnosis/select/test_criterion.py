@@ -76,4 +76,4 @@ def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
     density = 2.0 * period_s * torque**2 * band.power(frequency_hz)
     passed = np.count_nonzero(data.valid) * np.trapezoid(density, frequency_hz)
     assert criterion.error(start) == start.error
-    assert criterion.error(model) - model.error == pytest.approx(0.36 * passed, rel=0.3)
+    assert criterion.error(model) - model.error == pytest.approx(0.36 * passed, rel=0.4)

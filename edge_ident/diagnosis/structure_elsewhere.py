@@ -31,7 +31,7 @@ _DEVIATIONS: Final = 2.0
 twenty is off by more."""
 
 
-def structure_there(
+def structure_elsewhere(
     data: AxisData,
     other: AxisData,
     model: FittedModel,
@@ -58,10 +58,10 @@ def structure_there(
     unsure = _unsure(data, model, other, there, anew)
     there = replace(there, error=float(left @ left))
     base = fit(other, model.template, model.base, ())
-    return structure_left_of(other, base, there, tolerance, unsure)
+    return leaves_structure(other, base, there, tolerance, unsure)
 
 
-def structure_left_of(
+def leaves_structure(
     data: AxisData,
     base: FittedModel,
     model: FittedModel,
