@@ -91,8 +91,10 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
 def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
     """Whether each linear parameter of a term is as uncertain as it is large, for each term.
 
-    Pulses that overlap are one event of a shape that no single one has. How it is divided among
-    them may be uncertain where its size is not; noise gives it a size with each of them.
+    Of what is tied to time, the size counts at the shape that was found: a high short pulse may be
+    as good as a low long one. Pulses that overlap are one event of a shape that no single one has.
+    How it is divided among them may be uncertain where its size is not; noise gives it a size with
+    each of them.
     """
     stds = deviations_by_term(fitted, standard_deviations(data, fitted))
     unknown = [
@@ -101,8 +103,8 @@ def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
         for t, std in zip(fitted.terms, stds, strict=True)
     ]
     for event in chain.from_iterable(overlapping(fitted).values()):
-        if len(event) > 1 and any(unknown[k] for k in event):
-            count = sum(len(fitted.terms[k].linear) for k in event)
+        count = sum(len(fitted.terms[k].linear) for k in event)
+        if any(unknown[k] for k in event) and (len(event) > 1 or count == 1):
             share = joint_deviation(data, fitted, event)
             unsure = bool(SIZED.value * np.sqrt(count) * share > 1.0)
             unknown = [unsure if k in event else was for k, was in enumerate(unknown)]
