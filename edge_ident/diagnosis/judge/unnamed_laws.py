@@ -3,9 +3,9 @@
 What a machine has can change along the stroke, or with time: the inertia of a crank or of a reel
 that is wound, the force constant of a motor, friction that differs from place to place. Along one
 motion each looks like the effect of the catalogue with the same period or the same course in time,
-and the catalogue would name that. Here each takes the cause's place with no more parameters. Where
-one describes the effort decisively better, the cause is none; nor is a change at one moment that a
-law with fewer parameters describes as well.
+and the catalogue would name that. Here each takes the cause's place. Where one describes the effort
+decisively better, the cause is none; nor is a change at one moment that a law with fewer parameters
+describes as well.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
@@ -122,7 +122,8 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "a gain that differs with the sign of the effort": _one_sided,
     },
 }
-"""None has more parameters than an effect that changes likewise."""
+"""But for friction that follows the load, none has more parameters than an effect that changes
+likewise."""
 
 
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
@@ -164,9 +165,12 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
 
 
 def _needed(parameters: int, form: Form) -> float:
-    """Units by which a law with so many parameters has to be better than a cause of this form."""
-    simpler = form.changes is ChangesWith.MOMENT and parameters < len(form.linear)
-    return -DECISIVE.value if simpler else DECISIVE.value
+    """Units by which a law with so many parameters has to be better than a cause of this form; each
+    parameter that it has more has to be decisive."""
+    more = parameters - len(form.linear)
+    if more < 0 and form.changes is ChangesWith.MOMENT:
+        return -DECISIVE.value
+    return DECISIVE.value * (1 + max(more, 0))
 
 
 def _tried(
