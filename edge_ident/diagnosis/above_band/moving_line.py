@@ -2,7 +2,7 @@
 
 The spectrum of a whole recording spreads a sweep over every frequency that it passes, so no
 ordinate stands out. In a window that is short beside the sweep, one does. The ordinates of noise in
-a window are exponentially distributed about the local power density (`above_band.spectral_lines`).
+a window are exponentially distributed about the local power density (`spectral_lines`).
 """
 
 import math

@@ -21,7 +21,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
-from edge_ident.model.model import AxisModel, regressor
+from edge_ident.model.model import AxisModel, regressor_rows
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
@@ -47,7 +47,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     places = list(zip(data.segments, seen, strict=True))
     effort = np.concatenate([_compared(s, measured(s), at) for s, at in places])
     motions = [
-        _compared(s, regressor(s.motion.velocity, s.motion.acceleration).T, at).T
+        _compared(s, regressor_rows(s.motion.velocity, s.motion.acceleration), at).T
         for s, at in places
     ]
     basis = orthonormal(np.vstack(motions))

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds
 from edge_ident.diagnosis.fit.recorded_effort import along
-from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values
@@ -150,7 +149,14 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
         rest = search.fit(model.base, model.without(k))
         of_cause = search.criterion.misfit(model.error)
         load = _without_friction(model.axis_without([k]))
-        found = {name: _tried(search, rest, law, term.values, load) for name, law in laws.items()}
+        along_it = [
+            (s, replace(s.motion, transmitted=along(s, load)), along(s, rest.axis))
+            for s in search.data.segments
+        ]
+        found = {}
+        for name, law in laws.items():
+            parts = [s.filter(law(motion, effort, term.values)) for s, motion, effort in along_it]
+            found[name] = _tried(search, rest, np.hstack(parts).T)
         better = {
             name: misfit
             for name, (misfit, parameters) in found.items()
@@ -173,13 +179,10 @@ def _needed(parameters: int, form: Form) -> float:
     return DECISIVE.value * (1 + max(more, 0))
 
 
-def _tried(
-    search: Search, rest: FittedModel, law: Law, values: Values, load: AxisModel
-) -> tuple[float, int]:
-    """What the sum of squares costs that a law leaves beside the other terms, which keep their
-    bounds; and the number of the law's parameters. The model of the load is that of the cause."""
+def _tried(search: Search, rest: FittedModel, columns: Array) -> tuple[float, int]:
+    """What the sum of squares costs that a law of these columns (n, k) leaves beside the other
+    terms, which keep their bounds; and the number k of the law's parameters."""
     data = search.data
-    columns = np.hstack([_columns(s, rest.axis, law, values, load) for s in data.segments]).T
     changes = np.hstack([rest.derivatives, columns])[data.valid]
     free = np.full(columns.shape[1], np.inf)
     low, high = np.array(bounds(data, rest.template, rest.terms)) - rest.linear_parameters
@@ -188,12 +191,6 @@ def _tried(
     step = solve_within(changes, residual, low, high).solution
     error = float(np.sum((residual - changes @ step) ** 2))
     return search.criterion.misfit(error), columns.shape[1]
-
-
-def _columns(segment: Segment, axis: AxisModel, law: Law, values: Values, load: AxisModel) -> Array:
-    """Columns (k, n) of a law at the compared samples of a recording."""
-    motion = replace(segment.motion, transmitted=along(segment, load))
-    return segment.filter(law(motion, along(segment, axis), values))
 
 
 def _without_friction(axis: AxisModel) -> AxisModel:
