@@ -105,7 +105,9 @@ class Effect:
     """The one parameter to which the effort of an effect is proportional that resists with
     memory."""
     follows_base: ClassVar[bool] = False
-    """Whether its effort depends on the base parameters too."""
+    """Whether its effort depends on the base parameters too, and on the loads that are carried."""
+    carried: ClassVar[bool] = False
+    """Whether its load is carried through the transmission, as inertia and constant load are."""
     changes_base: ClassVar[tuple[str, ...]] = ()
     """Base parameters that the effect changes in time, where that is all it does."""
     tied_to_time: ClassVar[bool] = False

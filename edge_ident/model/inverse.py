@@ -51,6 +51,11 @@ def inverse_effort(
     motion, kept = _true_motion(terms, motion, kept)
     if any(effect.follows_base for effect, _, _ in terms):
         motion = _with_base_efforts(motion, terms[0][1])
+        carried: Array = np.zeros(())
+        for effect, values, source in terms:
+            if effect.carried:
+                carried = carried + effect.load(_with_source(motion, effect, source, others), values)
+        motion = replace(motion, transmitted=motion.transmitted + carried)
     effort: Array = np.zeros(())
     for place, (effect, values, source) in enumerate(terms):
         seen = _with_source(motion, effect, source, others)

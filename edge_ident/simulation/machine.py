@@ -213,8 +213,12 @@ class Machine:
         of_parts = list(zip(self._parts.all, seen, strict=True))
         for part, one in compress(of_parts, self._springs):
             push[part.axis] += part.effect.transmitted(one, part.values) - one.driven
+        carried = self._zero.copy()
         for part, one in compress(of_parts, self._loads):
-            push[part.axis] -= part.effect.load(one, part.values)
+            load = part.effect.load(one, part.values)
+            push[part.axis] -= load
+            if part.effect.carried:
+                carried[part.axis] += load
         if any(self._inertias):
             inertia = inertia.copy()
         for part, one in compress(of_parts, self._inertias):
@@ -226,7 +230,7 @@ class Machine:
         for part, one in compress(of_parts, self._frictions):
             one = replace(
                 one,
-                transmitted=inertia_effort[part.axis] + base["offset"][part.axis],
+                transmitted=(inertia_effort + base["offset"] + carried)[part.axis],
                 inertia_effort=inertia_effort[part.axis],
                 friction_effort=friction_effort[part.axis],
             )

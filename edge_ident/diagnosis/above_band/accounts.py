@@ -54,15 +54,15 @@ def accounts(wide: WideSignals, mass: float, orders: Array) -> Array:
     accelerations = np.stack(
         [wide.clean_acceleration, wide.acceleration, np.zeros(len(wide.effort))]
     )
-    above = without_friction(wide, wide.above(wide.effort - mass * accelerations))
+    slow = np.concatenate([wide.friction_above, wide.loads_above])
+    above = left_beside(slow, wide.above(wide.effort - mass * accelerations))
     rows = wide.above(orders)
     known = np.stack([least_squares(rows, one) @ rows for one in above])
     return known + np.stack([clipped(wide, one) for one in above - known])
 
 
-def without_friction(wide: WideSignals, above: Array) -> Array:
-    """Efforts above the band (..., N) without velocity, direction and offset."""
-    rows = wide.friction_above
+def left_beside(rows: Array, above: Array) -> Array:
+    """Efforts above the band (..., N) without what rows (R, N) account for."""
     flat = above.reshape(-1, above.shape[-1])
     left = np.stack([one - least_squares(rows, one) @ rows for one in flat])
     return left.reshape(above.shape)

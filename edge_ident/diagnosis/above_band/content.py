@@ -155,7 +155,7 @@ def _orders(
     base = wide.white_above(wide.base)
     filtered = wide.white_above(waves)
     effort = wide.white_above(wide.effort) - mass * base[0]
-    rows = np.concatenate([base[1:], filtered])
+    rows = np.concatenate([base[1:], wide.white_loads_above, filtered])
     moved = least_squares(filtered, base[0]).reshape(-1, 2)
     speed = rms(wide.velocity[wide.weight > 0.5])
     law = _laws_of_speed(wide, rows, effort, waves)

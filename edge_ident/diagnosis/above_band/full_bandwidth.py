@@ -6,6 +6,7 @@ from typing import Final, Self
 
 import numpy as np
 import scipy.fft
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.masks import direction_weight
@@ -30,8 +31,14 @@ _REPEATS: Final = 0.99
 _SHORTEST_LAP: Final = 0.02
 _LONGEST_LAP: Final = 0.75
 """Of the record."""
+_POWERS: Final = 8
+"""Of the position, that a load along the stroke is made of: a weight over half a turn leaves a
+millionth."""
 _SPEEDS: Final = 48
 """Classes of speed in which the filter's response to a wave of position is computed."""
+
+
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,27 @@ class WideSignals:
     def friction_above(self) -> Array:
         """Velocity, direction of motion and one, (3, N), above the cut-off."""
         return self.above(self.base[1:])
+
+    @cached_property
+    def loads(self) -> Array:
+        """Powers of the position (D, N), of which a load along the stroke is made.
+
+        A weight or a spring goes on through a reversal. Where the weights leave it out there, what
+        lies above the cut-off looks like waves of the position.
+        """
+        low, high = float(np.min(self.position)), float(np.max(self.position))
+        place = (2.0 * self.position - low - high) / max(high - low, _TINY)
+        return np.asarray(chebvander(place, _POWERS)[:, 1:].T)
+
+    @cached_property
+    def loads_above(self) -> Array:
+        """The same above the cut-off."""
+        return self.above(self.loads)
+
+    @cached_property
+    def white_loads_above(self) -> Array:
+        """The same, filtered so that noise is white."""
+        return self.white_above(self.loads)
 
     @cached_property
     def clean_acceleration(self) -> Array:

@@ -18,8 +18,8 @@ from edge_ident.diagnosis.above_band.accounts import (
     clipped,
     inertia,
     least_squares,
+    left_beside,
     quietest_lines,
-    without_friction,
 )
 from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
 from edge_ident.diagnosis.above_band.spectral_lines import Periodogram, over_position, refined
@@ -91,7 +91,9 @@ def search(wide: WideSignals) -> list[Peak]:
     for most in (_STRONG, _MOST):
         mass = inertia(wide, columns(wide, peaks))
         left = wide.white_above(wide.effort - mass * wide.acceleration)
-        peaks = _pursuit(wide, without_friction(wide, left)[None], [], most, white=True)
+        slow = np.concatenate([wide.friction_above, wide.white_loads_above])
+        left = left_beside(slow, left)
+        peaks = _pursuit(wide, left[None], [], most, white=True)
         if not peaks:
             break
     weighted, _, none = accounts(wide, mass, columns(wide, peaks))

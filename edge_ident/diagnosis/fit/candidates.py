@@ -130,8 +130,9 @@ def effort_adds(name: str) -> bool:
 def alone(axis: AxisModel, place: int) -> AxisModel:
     """What the effort of one term depends on: the term itself, and what moves the encoder.
 
-    The other terms stay where one changes what all of them resist with, and the base term where
-    the effort follows it. Places stay as they are, but for what is left out.
+    The other terms stay where one changes what all of them resist with. So do the base term, loads
+    that are carried, and friction that follows them, where it is one of these. Places stay as they
+    are, but for what is left out.
 
     Parameters
     ----------
@@ -141,11 +142,12 @@ def alone(axis: AxisModel, place: int) -> AxisModel:
     effect = named(axis.terms[place].effect)
     if effect.overrides("true_motion") or not all(_reaches(t.effect) for t in axis.terms):
         return axis
-    base = axis.terms[0] if place == 0 or effect.follows_base else _NOTHING
-    kept = [base]
+    effects = [named(t.effect) for t in axis.terms]
+    linked = [not k or e.carried or e.follows_base for k, e in enumerate(effects)]
+    together = linked[place] and any(e.follows_base for e in effects)
+    kept = [axis.terms[0] if place == 0 or together else _NOTHING]
     for k, t in enumerate(axis.terms[1:], 1):
-        other = named(t.effect)
-        if k == place or other.overrides("true_motion") or (place == 0 and other.follows_base):
+        if k == place or effects[k].overrides("true_motion") or (together and linked[k]):
             kept.append(t)
     return replace(axis, terms=tuple(kept))
 

@@ -37,6 +37,7 @@ from edge_ident.diagnosis.select.thresholds import (
     SLIGHTEST,
     STARTS,
 )
+from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
 
@@ -244,14 +245,26 @@ class Search:
         key = ("coarse", held, fitted.key, without)
         library, coarse = self.data.results.get(key, (None, []))
         if library is not self.library:
-            scored = of.score_library(self.library, self.grids, without)
+            following = self._following_loads(fitted)
+            apart = without.union(c.effect for c in following)
+            scored = of.score_library(self.library, self.grids, apart)
             coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in scored]
+            for candidate in following:
+                if candidate.effect not in without:
+                    points = self.library.points[candidate]
+                    coarse.append(of.score(candidate, points, self.grids[candidate]))
             strongest = self.spectrum.strongest(of.residual)
             if strongest["frequency"].size and VIBRATION.effect not in without:
                 grid = self.grids[VIBRATION]
                 coarse.append(of.score(VIBRATION, strongest, grid, recurring=True))
             self.data.results[key] = self.library, coarse
         return list(coarse)
+
+    def _following_loads(self, fitted: FittedModel) -> list[Candidate]:
+        """Candidates whose effort follows the loads of a model: the library has them without."""
+        if not any(named(t.candidate.effect).carried for t in fitted.terms):
+            return []
+        return [c for c in self.library if named(c.effect).follows_base]
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate at its best nonlinear parameters."""

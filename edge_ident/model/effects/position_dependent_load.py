@@ -47,6 +47,7 @@ class PositionDependentLoad(Effect):
         Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
         Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
     )
+    carried = True
     takes_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
