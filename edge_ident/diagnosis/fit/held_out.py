@@ -48,7 +48,7 @@ def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
 
 
 def _held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
-    derivatives = _nonlinear_derivatives(data, fitted)
+    derivatives = nonlinear_derivatives(data, fitted)
     jacobian = np.hstack([fitted.jacobian, derivatives])
     start = np.concatenate([fitted.linear_parameters, np.zeros(derivatives.shape[1])])
     target: Array = data.effort - fitted.predicted + jacobian @ start
@@ -106,7 +106,7 @@ def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
 
     A parameter that a bound holds has the deviation that it would have without the bound.
     """
-    derivatives = _nonlinear_derivatives(data, fitted)
+    derivatives = nonlinear_derivatives(data, fitted)
     found = _deviations(data, fitted, np.hstack([fitted.jacobian, derivatives]))
     if np.all(fitted.free):
         return found
@@ -148,7 +148,7 @@ def joint_deviation(data: AxisData, fitted: FittedModel, places: Sequence[int]) 
     together = fitted.derivatives[:, columns] @ fitted.linear_parameters[columns]
     others = np.delete(fitted.jacobian, columns, axis=1)
     rest = [k for k in range(len(fitted.terms)) if k not in places]
-    shapes = _nonlinear_derivatives(data, fitted, rest)
+    shapes = nonlinear_derivatives(data, fitted, rest)
     return float(_deviations(data, fitted, np.column_stack([others, shapes, together]))[-1])
 
 
@@ -159,7 +159,7 @@ def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
     return np.asarray(coloured_std(unit, residual) / length)
 
 
-def _nonlinear_derivatives(
+def nonlinear_derivatives(
     data: AxisData, fitted: FittedModel, places: Sequence[int] | None = None
 ) -> Array:
     """Derivatives (n, S) of the prediction by every nonlinear parameter, or by those of some

@@ -13,12 +13,16 @@ looks like less inertia and more viscous friction, and the fit may end at a limi
 the shift may lie anywhere between its limits.
 """
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
-from edge_ident.diagnosis.fit.held_out import standard_deviations
+from edge_ident.diagnosis.fit.candidates import cached_effort
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, jacobian_of
+from edge_ident.diagnosis.fit.held_out import nonlinear_derivatives, standard_deviations
+from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.fit.term_effort import term_effort
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -26,6 +30,9 @@ from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
+
+_MOST_TAKEN: Final = 0.45
+"""Of the inertia, by noise that is added: near half of it, nothing tells how much there was."""
 
 
 def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
@@ -37,7 +44,7 @@ def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: fl
     traded = traded_deviations(data, base, model, floor)
     shifted = _shifted_deviations(data, model)
     deviations[:known] = np.sqrt(deviations[:known] ** 2 + traded**2 + shifted**2)
-    return deviations
+    return np.hypot(deviations, attenuation(data, model))
 
 
 def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
@@ -64,6 +71,25 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
         error = min(1.0, unexplained / own)
         variance += (error * taken[: len(PARAMETERS)]) ** 2
     return np.sqrt(variance)
+
+
+def attenuation(data: AxisData, model: FittedModel) -> Array:
+    """What encoder noise in the columns takes from the parameters of a model, (P,).
+
+    Noise in the acceleration makes the inertia too small, the more so the less of the acceleration
+    is its own: along one sinusoid it is nearly that of a spring. The same noise is added once more,
+    and what that takes of the inertia J tells what the first took: with k times as much energy in
+    the noise as in what is left of the column, J = J₀/(1 + k), and J₀/(1 + 2·k) with both.
+    Source: simulation and extrapolation (Cook and Stefanski, JASA 89, 1994, 1314).
+    """
+    replica, valid = data.noise_replica, data.valid
+    columns = np.hstack([jacobian_of(replica, model), nonlinear_derivatives(replica, model)])
+    columns[:, len(PARAMETERS) : len(PARAMETERS) + len(model.own)] = 0.0  # shifts have limits
+    passed = cached_effort(replica, model.axis) + own_columns(data) @ model.own
+    moved = solve(columns[valid], (data.effort - passed)[valid])
+    inertia = float(model.base[0])
+    ratio = np.clip(-moved[0] / inertia, 0.0, _MOST_TAKEN) if inertia > 0.0 else 0.0
+    return np.asarray(np.abs(moved) / (1.0 - 2.0 * ratio))
 
 
 def _shifted_deviations(data: AxisData, model: FittedModel) -> Array:

@@ -62,9 +62,11 @@ class Criterion:
         return self.misfit(self.error(fitted)) + self._penalties(fitted)
 
     def gain(self, before: FittedModel, after: FittedModel) -> float:
-        """Gain of a model over another, beyond the discrepancy of either."""
+        """Gain of a model over another, beyond the discrepancy of either, and as if the encoder
+        noise passed in both as in the one in which more of it does."""
         discrepancy = max(self.discrepancy(before), self.discrepancy(after))
-        errors = [self.error(model) + discrepancy for model in (before, after)]
+        most = max(map(self._encoder_noise, (before, after)))
+        errors = [self.error(model, most) + discrepancy for model in (before, after)]
         misfit = self.misfit(errors[0]) - self.misfit(errors[1])
         return misfit - self._penalties(after) + self._penalties(before)
 
@@ -89,13 +91,19 @@ class Criterion:
         discrepancy = self.discrepancy(fitted)
         return self.misfit(fitted.error + discrepancy) - self.misfit(noise + discrepancy)
 
-    def error(self, fitted: FittedModel) -> float:
+    def error(self, fitted: FittedModel, passed: float = 0.0) -> float:
         """Sum of squared residuals, as if the encoder noise passed as in the base model.
 
         A load on a spring follows no fast motion. So a model with one has less inertia where the
         encoder noise is, and a smaller residual. That is no evidence.
+
+        Parameters
+        ----------
+        passed : float, optional
+            Sum of squares of the encoder noise that passes, where that is more.
         """
-        return fitted.error + max(self._base_noise - self._encoder_noise(fitted), 0.0)
+        most = max(self._base_noise, passed)
+        return fitted.error + max(most - self._encoder_noise(fitted), 0.0)
 
     def _encoder_noise(self, fitted: FittedModel) -> float:
         """Sum of squares that the encoder noise has in the effort of a model."""
