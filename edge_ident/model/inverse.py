@@ -54,7 +54,9 @@ def inverse_effort(
         carried: Array = np.zeros(())
         for effect, values, source in terms:
             if effect.carried:
-                carried = carried + effect.load(_with_source(motion, effect, source, others), values)
+                carried = carried + effect.load(
+                    _with_source(motion, effect, source, others), values
+                )
         motion = replace(motion, transmitted=motion.transmitted + carried)
     effort: Array = np.zeros(())
     for place, (effect, values, source) in enumerate(terms):

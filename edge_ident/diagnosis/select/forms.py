@@ -18,6 +18,9 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
     """A model whose terms have their best forms, one term after the other: each the one that is
     decisively better beside all the others, where there is one.
 
+    A form with a known parameter, as the period of a turn, is preferred where no other is
+    decisively better.
+
     Parameters
     ----------
     search : Search
@@ -28,11 +31,20 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
         before, after = model.terms[:place], model.terms[place + 1 :]
         forms = [s.term for s in _others(search, rest, term.candidate) if not s.on_edge]
         models = [search.fit(model.base, (*before, form, *after)) for form in forms]
-        best = min(models, key=search.criterion.value, default=model)
-        # one whose essential parameters nothing tells would leave again in the next round
-        if separable(search.gain(model, best)) and not near_zero(search.data, best)[place]:
-            model = best
+        better = [other for other in models if _preferred(search, model, other, place)]
+        model = min(better, key=search.criterion.value, default=model)
     return model
+
+
+def _preferred(search: Search, model: FittedModel, other: FittedModel, place: int) -> bool:
+    """Whether another model, with another form of one term, takes the place of a model."""
+    known = [m.terms[place].candidate.form.known for m in (model, other)]
+    if known[1] and not known[0]:
+        preferred = not separable(search.gain(other, model))
+    else:
+        preferred = separable(search.gain(model, other))
+    # one whose essential parameters nothing tells would leave again in the next round
+    return preferred and not near_zero(search.data, other)[place]
 
 
 def with_another_form(search: Search, rest: FittedModel, candidate: Candidate) -> FittedModel:

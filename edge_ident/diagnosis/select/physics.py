@@ -8,7 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
+from edge_ident.diagnosis.fit.traded import attenuation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.columns import unit_length
@@ -36,12 +38,18 @@ def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | No
     """
     if model.base[0] <= 0.0:
         return "with it the best fit has no inertia, which no machine has"
-    jacobian = jacobian_of(data, model)[data.valid]
-    optimum = model.unbounded
+    jacobian, optimum = jacobian_of(data, model)[data.valid], model.unbounded
+    shifts = range(len(PARAMETERS), len(PARAMETERS) + len(model.own))
+    held = [place for place in shifts if not model.free[place]]
+    if held:  # a shift beyond its limits is a delay, and takes from the inertia
+        jacobian[:, held] = 0.0
+        left = (data.effort - model.predicted)[data.valid]
+        optimum = model.linear_parameters + solve(jacobian, left)
     step = optimum - model.linear_parameters
     unit, length = unit_length(jacobian)
     residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
-    deviations = coloured_std(unit, residual) / length
+    taken = attenuation(data, model)[: len(length)]
+    deviations = np.hypot(coloured_std(unit, residual) / length, taken)
     shared = any(named(effect).search.shares_friction for effect in model.effects)
     sizes = np.abs(optimum) * [rms(column) for column in jacobian.T]
     for name, value, std, size in zip(PARAMETERS[:3], optimum, deviations, sizes, strict=False):
