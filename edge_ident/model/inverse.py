@@ -50,14 +50,7 @@ def inverse_effort(
     terms = [(named(term.effect), along_motion(term), term.source_axis) for term in axis.terms]
     motion, kept = _true_motion(terms, motion, kept)
     if any(effect.follows_base for effect, _, _ in terms):
-        motion = _with_base_efforts(motion, terms[0][1])
-        carried: Array = np.zeros(())
-        for effect, values, source in terms:
-            if effect.carried:
-                carried = carried + effect.load(
-                    _with_source(motion, effect, source, others), values
-                )
-        motion = replace(motion, transmitted=motion.transmitted + carried)
+        motion = _with_base_efforts(motion, terms, others)
     effort: Array = np.zeros(())
     for place, (effect, values, source) in enumerate(terms):
         seen = _with_source(motion, effect, source, others)
@@ -88,13 +81,23 @@ def _true_motion(
     return motion, kept[_MOVED][2]
 
 
-def _with_base_efforts(motion: Motion, base: Values) -> Motion:
-    """A motion with what the base term's inertia and friction take of the effort."""
+def _with_base_efforts(
+    motion: Motion,
+    terms: Sequence[tuple[Effect, Values, str | None]],
+    others: Mapping[str, Motion],
+) -> Motion:
+    """A motion with what inertia and friction of the base term take of the effort, and loads."""
+    base = terms[0][1]
     inertia_effort = base["inertia"] * motion.acceleration
     friction_effort = base["viscous_friction"] * motion.velocity
+    carried = (
+        effect.load(_with_source(motion, effect, source, others), values)
+        for effect, values, source in terms
+        if effect.carried
+    )
     return replace(
         motion,
-        transmitted=inertia_effort + base["offset"],
+        transmitted=inertia_effort + base["offset"] + sum(carried),
         inertia_effort=inertia_effort,
         friction_effort=friction_effort + base["coulomb_friction"] * motion.direction,
     )

@@ -23,7 +23,8 @@ class Motion:
     direction : array
         -1, 0 or 1: where the axis slides to; 0 while it sticks.
     transmitted : array
-        Effort that passes through the transmission to inertia and constant load.
+        Effort that passes through the transmission to inertia, constant load and load along the
+        stroke.
     inertia_effort, friction_effort : arrays
         Effort that inertia takes, and effort that viscous and Coulomb friction take. At an instant,
         the first includes load-dependent friction.

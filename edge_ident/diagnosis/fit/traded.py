@@ -82,14 +82,18 @@ def attenuation(data: AxisData, model: FittedModel) -> Array:
     the noise as in what is left of the column, J = J₀/(1 + k), and J₀/(1 + 2·k) with both.
     Source: simulation and extrapolation (Cook and Stefanski, JASA 89, 1994, 1314).
     """
-    replica, valid = data.noise_replica, data.valid
-    columns = np.hstack([jacobian_of(replica, model), nonlinear_derivatives(replica, model)])
-    columns[:, len(PARAMETERS) : len(PARAMETERS) + len(model.own)] = 0.0  # shifts have limits
-    passed = cached_effort(replica, model.axis) + own_columns(data) @ model.own
-    moved = solve(columns[valid], (data.effort - passed)[valid])
+    moved = _step(data.noise_replica, model) - _step(data, model)
     inertia = float(model.base[0])
     ratio = np.clip(-moved[0] / inertia, 0.0, _MOST_TAKEN) if inertia > 0.0 else 0.0
     return np.asarray(np.abs(moved) / (1.0 - 2.0 * ratio))
+
+
+def _step(data: AxisData, model: FittedModel) -> Array:
+    """What least squares without bounds adds to the parameters (P,) of a model, to first order."""
+    columns = np.hstack([jacobian_of(data, model), nonlinear_derivatives(data, model)])
+    columns[:, len(PARAMETERS) : len(PARAMETERS) + len(model.own)] = 0.0  # shifts have limits
+    made = cached_effort(data, model.axis) + own_columns(data) @ model.own
+    return solve(columns[data.valid], (data.effort - made)[data.valid])
 
 
 def _shifted_deviations(data: AxisData, model: FittedModel) -> Array:

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.fitting import FittedModel, jacobian_of
+from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, jacobian_of
 from edge_ident.diagnosis.fit.traded import attenuation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
@@ -38,16 +38,17 @@ def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | No
     """
     if model.base[0] <= 0.0:
         return "with it the best fit has no inertia, which no machine has"
-    jacobian, optimum = jacobian_of(data, model)[data.valid], model.unbounded
-    shifts = range(len(PARAMETERS), len(PARAMETERS) + len(model.own))
-    held = [place for place in shifts if not model.free[place]]
-    if held:  # a shift beyond its limits is a delay, and takes from the inertia
-        jacobian[:, held] = 0.0
-        left = (data.effort - model.predicted)[data.valid]
-        optimum = model.linear_parameters + solve(jacobian, left)
-    step = optimum - model.linear_parameters
+    jacobian = jacobian_of(data, model)[data.valid]
+    left, present = (data.effort - model.predicted)[data.valid], model.linear_parameters
+    # a shift beyond its limits is a delay, and takes from the inertia
+    low, high = np.array(bounds(data, model.template, model.terms)) - present
+    shifts = slice(len(PARAMETERS), len(PARAMETERS) + len(model.own))
+    free = np.full(len(present), np.inf)
+    free[shifts] = 0.0
+    step = solve_within(jacobian, left, low - free, high + free).solution
+    optimum = present + step
     unit, length = unit_length(jacobian)
-    residual = (data.effort - model.predicted)[data.valid] - jacobian @ step
+    residual = left - jacobian @ step
     taken = attenuation(data, model)[: len(length)]
     deviations = np.hypot(coloured_std(unit, residual) / length, taken)
     shared = any(named(effect).search.shares_friction for effect in model.effects)

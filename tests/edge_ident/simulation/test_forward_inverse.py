@@ -82,9 +82,9 @@ def example(effect: str) -> Mapping[str, float]:
     return {name: float(value) for name, value in values.items()}
 
 
-def simulated(effect: str) -> tuple[AxisModel, Simulation]:
-    term = Term(effect, example(effect), source_axis="z")
-    axes = {"x": AxisModel((BASE_TERM, term)), "z": AxisModel((BASE_TERM,))}
+def simulated(*effects: str) -> tuple[AxisModel, Simulation]:
+    terms = (Term(effect, example(effect), source_axis="z") for effect in effects)
+    axes = {"x": AxisModel((BASE_TERM, *terms)), "z": AxisModel((BASE_TERM,))}
     motion = references()
     machine = Machine(axes, motion.position[:, :1], np.full(2, 3.0), PERIOD_S, 0.0)
     exact = Sampling(np.zeros(2), np.zeros(2))
@@ -144,3 +144,18 @@ def test_inverse_effort_along_the_simulated_motion_is_the_one_that_was_applied(
     assert rms(share) > 0.02 * rms(applied), "the example hardly shows"
     settled = slice(450 if effect in TOLERANCE else 100, None)
     assert rms(miss[settled]) < TOLERANCE.get(effect, 0.02) * rms(share[settled])
+
+
+def test_friction_that_follows_the_load_follows_that_along_the_stroke_too() -> None:
+    axis, simulation = simulated("load_dependent_friction", "position_dependent_load")
+    motion, other = between_samples(simulation)
+    explained = inverse_effort(axis, motion, {"z": other})
+    apart = inverse_effort(AxisModel(axis.terms[:2]), motion)
+    apart += inverse_effort(AxisModel((axis.terms[0], axis.terms[2])), motion, {"z": other})
+    apart -= inverse_effort(AxisModel(axis.terms[:1]), motion)
+    applied = simulation.effort[0, 0, :-1]
+    turned = np.abs(np.diff(np.sign(motion.velocity), append=0.0)) > 0
+    settled = np.convolve(turned, np.ones(31), "same") == 0
+    settled[:100] = False
+    assert rms((explained - apart)[settled]) > 0.02 * rms(applied)
+    assert rms((applied - explained)[settled]) < 0.02 * rms((explained - apart)[settled])
