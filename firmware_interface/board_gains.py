@@ -209,13 +209,18 @@ class GainVerbs:
     def store(self) -> None:
         """Write the confirmed gains to permanent memory.
 
+        A board writes only gains that do not stand there. So where its counter has not gone on, it
+        is told once more: another command may have come in place of the first.
+
         Raises
         ------
         NoReplyError
             The link fell silent; a note says that nobody knows what became of it.
         """
         try:
-            self._session.command(Opcode.STORE, STORE_SIGNATURE)
+            stores = self._session.status().stores
+            if self._session.command(Opcode.STORE, STORE_SIGNATURE).stores == stores:
+                self._session.command(Opcode.STORE, STORE_SIGNATURE)
         except NoReplyError as error:
             error.add_note(
                 "whether the gains are stored is not known: store them again with edge-ident "

@@ -15,7 +15,12 @@ import logging
 
 from edge_ident.commissioning.gains.files import GainFile
 from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.transfer import check_factor, check_gains, write_gains
+from edge_ident.commissioning.gains.transfer import (
+    check_factor,
+    check_gains,
+    compare_gains,
+    write_gains,
+)
 from edge_ident.commissioning.gains.trial import MotionBefore, Trial
 from edge_ident.commissioning.gains.verification import verification_motion
 from edge_ident.commissioning.motion.capture import capture_motion, check_drive
@@ -80,7 +85,8 @@ def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
         return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
     trial.write()
     change = trial.verify()
-    _confirm_or_roll_back(board, keep=change.confirmed)
+    keep = change.confirmed
+    _confirm_or_roll_back(board, trial.wanted if keep else trial.active, keep=keep)
     return change
 
 
@@ -174,7 +180,7 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
         write_gains(board, wanted)
         observer.stage("verification motion")
         after = verification_motion(board, motion, observer)
-        _confirm_or_roll_back(board, keep=True)
+        _confirm_or_roll_back(board, wanted, keep=True)
     return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
 
@@ -209,9 +215,14 @@ def check_owner(board: Board, file: GainFile) -> None:
         )
 
 
-def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:
+def _confirm_or_roll_back(board: Board, left: Bank, *, keep: bool) -> None:
+    """Keep the new gains or return to the old ones; read back that it leaves these in force.
+
+    The board's word for it is not enough: no checksum says which command it was given.
+    """
     if keep:
         board.confirm()
     else:
         board.roll_back()
+    compare_gains(left, board.active_gains())
     log.info("gains %s", "confirmed" if keep else "rolled back")
