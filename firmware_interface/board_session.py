@@ -175,7 +175,12 @@ class Session(Hold):
             raise self._ended()
 
     def _hold_again(self, opcode: Opcode, refused: BoardStatus) -> None:
-        """After a refusal because the board did not know this host; raises unless it may go on."""
+        """After a refusal because the board did not know this host; raises unless it may go on.
+
+        A board that this host holds all along got another key than was sent: that is said again.
+        """
+        if self.holds and self._holder() == self._key:
+            return
         if self.holds:  # it cannot have run out
             self._held = False
             if opcode not in _TIDIES_UP:

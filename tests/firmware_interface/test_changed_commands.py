@@ -20,12 +20,16 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(board_session, "POLL_S", 0.0)
 
 
-def change_next(bench: Bench, monkeypatch: pytest.MonkeyPatch, opcode: Opcode) -> None:
-    """Have the next command arrive as another one."""
+def change_next(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, opcode: Opcode | None = None, key_bit: int = 0
+) -> None:
+    """Have the next command arrive as another one, or with another key."""
     write, left = bench.virtual.write, [opcode]
 
     def changed(address: int, words: list[int]) -> None:
-        write(address, [left.pop(), *words[1:]] if address == COMMAND and left else words)
+        if address == COMMAND and left:
+            words = [left.pop() or words[0], *words[1:-1], words[-1] ^ key_bit]
+        write(address, words)
 
     monkeypatch.setattr(bench.virtual, "write", changed)
 
@@ -95,3 +99,13 @@ def test_a_store_that_was_none_is_made_good(monkeypatch: pytest.MonkeyPatch) -> 
     bench.board.store()
     assert bench.virtual.machine.banks.stored == NEW
     assert bench.board.status().stores == 1
+
+
+@pytest.mark.parametrize("verb", [Board.confirm, Board.roll_back, Board.disable])
+def test_a_command_with_a_key_that_the_line_changed_is_given_again(
+    verb: Callable[[Board], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = committed()
+    change_next(bench, monkeypatch, key_bit=0x100)
+    verb(bench.board)
+    assert bench.board.holds
