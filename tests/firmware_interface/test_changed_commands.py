@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
-from edge_ident.commissioning.gains.change import _confirm_or_roll_back
+from edge_ident.commissioning.gains.change import _confirm_or_roll_back, roll_back_unconfirmed
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
@@ -70,6 +70,16 @@ def test_the_gains_in_force_decide_and_not_the_word_of_the_board(
     change_next(bench, monkeypatch, Opcode.ROLL_BACK if keep else Opcode.CONFIRM)
     with pytest.raises(BoardError, match="reads back as"):
         _confirm_or_roll_back(bench.board, NEW if keep else OLD, keep=keep)
+
+
+def test_a_roll_back_that_changed_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = committed()
+    change_next(bench, monkeypatch, Opcode.CONFIRM)
+    with pytest.raises(BoardError, match="the same as before"):
+        roll_back_unconfirmed(bench.board)
+    bench = committed()
+    roll_back_unconfirmed(bench.board)
+    assert bench.board.active_gains() == OLD
 
 
 def test_a_fault_that_stays_is_not_cleared(monkeypatch: pytest.MonkeyPatch) -> None:

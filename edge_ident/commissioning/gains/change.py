@@ -190,14 +190,22 @@ def roll_back_unconfirmed(board: Board) -> None:
     Raises
     ------
     BoardError
-        There is nothing to take back.
+        There is nothing to take back, or the gains in force did not change.
     """
     if not board.status().unconfirmed:
         raise BoardError(
             "the active gains are confirmed: there is nothing to roll back",
             "to return to older gains, use edge-ident gains restore with a backup",
         )
+    committed = board.active_gains()
     board.roll_back()
+    if board.active_gains() == committed:
+        raise BoardError(
+            "the gains in force are the same as before: those of before the commit were the same, "
+            "or another command came in place of ROLL_BACK",
+            "look with edge-ident gains show; if they are the wrong ones, use edge-ident gains "
+            "restore with a backup",
+        )
 
 
 def check_owner(board: Board, file: GainFile) -> None:
