@@ -34,6 +34,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.model.model import Model
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
+from firmware_interface.errors import BusyError, NoReplyError
 from firmware_interface.gains import AxisGains, Bank
 
 log = logging.getLogger(__name__)
@@ -191,6 +192,8 @@ def roll_back_unconfirmed(board: Board) -> None:
     ------
     BoardError
         There is nothing to take back, or the gains in force did not change.
+    NoReplyError, BusyError
+        The board could not be asked what became of it; a note says that nobody knows.
     """
     if not board.status().unconfirmed:
         raise BoardError(
@@ -198,8 +201,13 @@ def roll_back_unconfirmed(board: Board) -> None:
             "to return to older gains, use edge-ident gains restore with a backup",
         )
     committed = board.active_gains()
-    board.roll_back()
-    if board.active_gains() == committed:
+    try:
+        board.roll_back()
+        left = board.active_gains()
+    except (NoReplyError, BusyError, KeyboardInterrupt) as error:
+        error.add_note("which gains are in force is not known: look with edge-ident gains show")
+        raise
+    if left == committed:
         raise BoardError(
             "the gains in force are the same as before: those of before the commit were the same, "
             "or another command came in place of ROLL_BACK",
