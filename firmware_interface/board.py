@@ -144,18 +144,8 @@ class Board(GainVerbs):
         self._session.command(Opcode.ENABLE)
 
     def disable(self) -> None:
-        """Apply the brake and switch the effort off, at rest only.
-
-        Raises
-        ------
-        BoardError
-            Refused, or the effort is still on: a command of another host took the token.
-        """
-        if self._session.command(Opcode.DISABLE).enabled:
-            raise BoardError(
-                "the effort is still on: a command of another host came in place of DISABLE",
-                "make sure that no other host talks to the board, then: edge-ident stop",
-            )
+        """Apply the brake and switch the effort off, at rest only."""
+        self._session.command(Opcode.DISABLE)
 
     # ---- motion
 

@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -32,6 +33,15 @@ _SWAPPED: Final = {
     int.from_bytes(((MAGIC & 0xFFFF) << 16 | MAGIC >> 16).to_bytes(4, "little"), "big"): "bytes",
 }
 """What a gateway has swapped, by the magic number that comes of it."""
+_EFFECTS: Final[Mapping[Opcode, Callable[[BoardStatus], bool]]] = {
+    Opcode.QUICK_STOP: lambda status: status.at_rest or status.state is State.STOPPING,
+    Opcode.CLEAR_FAULT: lambda status: not status.fault,
+    Opcode.CONFIRM: lambda status: not status.unconfirmed,
+    Opcode.ROLL_BACK: lambda status: not status.unconfirmed,
+    Opcode.ENABLE: lambda status: status.enabled,
+    Opcode.DISABLE: lambda status: not status.enabled,
+}
+"""What a status shows of a command that was carried out."""
 CLOCK_RANGE: Final = 2**32
 """A board's clock wraps around after so many samples."""
 
@@ -167,3 +177,25 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
         )
     meaning, next_step = RESULT_TEXTS[status.last_result]
     return BoardError(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)
+
+
+def check_effect(opcode: Opcode, status: BoardStatus) -> None:
+    """Make sure that a command which the board says it carried out was this one.
+
+    A board tells commands apart by their tokens: it cannot know that the line, or another host's
+    command of the same token, has put another one in its place.
+
+    Raises
+    ------
+    BoardError
+        The status does not show what it does.
+    """
+    shows = _EFFECTS.get(opcode)
+    if shows is None or shows(status):
+        return
+    if status.fault:
+        raise fault_error(status)
+    raise BoardError(
+        f"{opcode.name} had no effect: another command came in its place",
+        "check the cable, make sure that no other host talks to the board, then: edge-ident stop",
+    )

@@ -7,7 +7,13 @@ from typing import Final
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, ReadWords
 from firmware_interface.codec import crc32, decode_integer
-from firmware_interface.errors import BoardError, LinkError, NoReplyError
+from firmware_interface.errors import (
+    BoardError,
+    BusyError,
+    LinkError,
+    NoReplyError,
+    RestartedError,
+)
 from firmware_interface.gain_words import bank_spans, decode_gains, span_of, staged_writes
 from firmware_interface.gains import OFF, AxisGains
 from firmware_interface.received import checked_gains, received
@@ -209,14 +215,20 @@ class GainVerbs:
     def store(self) -> None:
         """Write the confirmed gains to permanent memory.
 
+        A board writes only gains that do not stand there. So where its counter has not gone on, it
+        is told once more: another command may have come in place of the first.
+
         Raises
         ------
-        NoReplyError
-            The link fell silent; a note says that nobody knows what became of it.
+        NoReplyError, BusyError, RestartedError
+            The board could not be asked what became of it; a note says that nobody knows.
         """
+        self._session.hold()
+        stores = self._session.status().stores
         try:
-            self._session.command(Opcode.STORE, STORE_SIGNATURE)
-        except NoReplyError as error:
+            if self._session.command(Opcode.STORE, STORE_SIGNATURE).stores == stores:
+                self._session.command(Opcode.STORE, STORE_SIGNATURE)
+        except (NoReplyError, BusyError, RestartedError, KeyboardInterrupt) as error:
             error.add_note(
                 "whether the gains are stored is not known: store them again with edge-ident "
                 "gains store"

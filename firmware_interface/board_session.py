@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Container
 from typing import Final
 
-from firmware_interface.board_checks import STOPPED, refusal
+from firmware_interface.board_checks import STOPPED, check_effect, refusal
 from firmware_interface.board_hold import POLL_S, STALL_S, USED, Hold
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import encode
@@ -133,7 +133,7 @@ class Session(Hold):
             Another host has commanded the board meanwhile. DISABLE and ROLL_BACK are carried out
             all the same, and say so only where nothing else has.
         BoardError
-            The board refuses.
+            The board refuses, or has carried out another command.
         LinkError
             It did not arrive.
         """
@@ -144,6 +144,8 @@ class Session(Hold):
             if status.last_result is Result.DONE or status.last_result in expected:
                 if self._stopped and not self._told and opcode not in _NEEDS_NO_HOLD:
                     raise self._ended()
+                if status.last_result is Result.DONE:
+                    check_effect(opcode, status)
                 return status
             if status.last_result is Result.NOT_HELD:
                 self._hold_again(opcode, status)
@@ -173,7 +175,12 @@ class Session(Hold):
             raise self._ended()
 
     def _hold_again(self, opcode: Opcode, refused: BoardStatus) -> None:
-        """After a refusal because the board did not know this host; raises unless it may go on."""
+        """After a refusal because the board did not know this host; raises unless it may go on.
+
+        A board that this host holds all along got another key than was sent: that is said again.
+        """
+        if self.holds and self._holder() == self._key:
+            return
         if self.holds:  # it cannot have run out
             self._held = False
             if opcode not in _TIDIES_UP:

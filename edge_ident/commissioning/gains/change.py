@@ -15,7 +15,12 @@ import logging
 
 from edge_ident.commissioning.gains.files import GainFile
 from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.transfer import check_factor, check_gains, write_gains
+from edge_ident.commissioning.gains.transfer import (
+    check_factor,
+    check_gains,
+    compare_gains,
+    write_gains,
+)
 from edge_ident.commissioning.gains.trial import MotionBefore, Trial
 from edge_ident.commissioning.gains.verification import verification_motion
 from edge_ident.commissioning.motion.capture import capture_motion, check_drive
@@ -29,6 +34,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.model.model import Model
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
+from firmware_interface.errors import BusyError, NoReplyError
 from firmware_interface.gains import AxisGains, Bank
 
 log = logging.getLogger(__name__)
@@ -80,7 +86,8 @@ def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
         return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
     trial.write()
     change = trial.verify()
-    _confirm_or_roll_back(board, keep=change.confirmed)
+    keep = change.confirmed
+    _confirm_or_roll_back(board, trial.wanted if keep else trial.active, keep=keep)
     return change
 
 
@@ -174,7 +181,7 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
         write_gains(board, wanted)
         observer.stage("verification motion")
         after = verification_motion(board, motion, observer)
-        _confirm_or_roll_back(board, keep=True)
+        _confirm_or_roll_back(board, wanted, keep=True)
     return GainChange(confirmed=True, tracking_after_rad=after.tracking_rms_rad)
 
 
@@ -184,14 +191,29 @@ def roll_back_unconfirmed(board: Board) -> None:
     Raises
     ------
     BoardError
-        There is nothing to take back.
+        There is nothing to take back, or the gains in force did not change.
+    NoReplyError, BusyError
+        The board could not be asked what became of it; a note says that nobody knows.
     """
     if not board.status().unconfirmed:
         raise BoardError(
             "the active gains are confirmed: there is nothing to roll back",
             "to return to older gains, use edge-ident gains restore with a backup",
         )
-    board.roll_back()
+    committed = board.active_gains()
+    try:
+        board.roll_back()
+        left = board.active_gains()
+    except (NoReplyError, BusyError, KeyboardInterrupt) as error:
+        error.add_note("which gains are in force is not known: look with edge-ident gains show")
+        raise
+    if left == committed:
+        raise BoardError(
+            "the gains in force are the same as before: those of before the commit were the same, "
+            "or another command came in place of ROLL_BACK",
+            "look with edge-ident gains show; if they are the wrong ones, use edge-ident gains "
+            "restore with a backup",
+        )
 
 
 def check_owner(board: Board, file: GainFile) -> None:
@@ -209,9 +231,14 @@ def check_owner(board: Board, file: GainFile) -> None:
         )
 
 
-def _confirm_or_roll_back(board: Board, *, keep: bool) -> None:
+def _confirm_or_roll_back(board: Board, left: Bank, *, keep: bool) -> None:
+    """Keep the new gains or return to the old ones; read back that it leaves these in force.
+
+    The board's word for it is not enough: no checksum says which command it was given.
+    """
     if keep:
         board.confirm()
     else:
         board.roll_back()
+    compare_gains(left, board.active_gains())
     log.info("gains %s", "confirmed" if keep else "rolled back")

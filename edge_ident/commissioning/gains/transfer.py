@@ -161,5 +161,5 @@ def compare_gains(wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains])
             if np.float32(value) != np.float32(read):
                 raise BoardError(
                     f"axis {axis}: active {name} reads back as {read!r}, not {value!r}",
-                    "nothing was confirmed; check the link and try again",
+                    "check the link; see which gains are in force: edge-ident gains show",
                 )

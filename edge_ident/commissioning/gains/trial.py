@@ -128,6 +128,8 @@ class Trial:
 
     Attributes
     ----------
+    active, wanted : mapping of axis name to AxisGains
+        In force before, and on trial.
     promise : Promise
         Of the motions that were done with the old gains so far.
     second : Recorded or None
@@ -143,9 +145,9 @@ class Trial:
         file: Path | None,
         watch: Stopwatch,
     ) -> None:
-        self._board, self._wanted, self._before = board, wanted, before
+        self._board, self.wanted, self._before = board, wanted, before
         self._observer, self._file, self._watch = observer, file, watch
-        self._active, self._limits = board.active_gains(), board.limits()
+        self.active, self._limits = board.active_gains(), board.limits()
         self._hardware = LoopHardware.of_axes(board.identity, self._limits)
         self._motions = [before.first]
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
@@ -175,7 +177,7 @@ class Trial:
     def write(self) -> None:
         """Put the new gains in force, unconfirmed."""
         with self._watch.stage("last_sample_to_verified"):
-            self._running = write_gains(self._board, self._wanted, self._observer.say)
+            self._running = write_gains(self._board, self.wanted, self._observer.say)
         self._board.settle()
 
     def verify(self) -> GainChange:
@@ -194,8 +196,8 @@ class Trial:
             tracking = tracking or capture.tracking_rms_rad
             count_rad = self._board.identity.encoder_resolution_rad
             trajectory = motion.trajectory
-            before = of_motor(self._recorded[motion.name], self._active, trajectory)
-            after = of_motor(capture.recording, self._wanted, trajectory)
+            before = of_motor(self._recorded[motion.name], self.active, trajectory)
+            after = of_motor(capture.recording, self.wanted, trajectory)
             found[motion.name] = compare_motions(before, after, count_rad)
             moved = RecordedMotion.along(after, trajectory)
             errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.references}
@@ -218,9 +220,9 @@ class Trial:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
             moved = RecordedMotion.along(self._recorded[motion.name], motion.trajectory)
-            led = of_motor(moved.recording, self._active, motion.trajectory)
+            led = of_motor(moved.recording, self.active, motion.trajectory)
             moved = replace(moved, recording=led)
-            axes = promised(moved, self._before.grounds, self._hardware, self._active, self._wanted)
+            axes = promised(moved, self._before.grounds, self._hardware, self.active, self.wanted)
             self.promise = self.promise.with_motion(motion.name, axes)
         for axis, of_axis in axes.items():
             log.info("axis %s on the %s: %s", axis, motion.name, of_axis)
@@ -229,7 +231,7 @@ class Trial:
         """The second motion with the old gains."""
         before, board = self._before, self._board
         model, limits = before.grounds.model, self._limits
-        fitting = within_limits(before.second, model, self._active, limits)
+        fitting = within_limits(before.second, model, self.active, limits)
         second = inside_window(before.first, fitting, confirm_window_s(board))
         self._observer.stage("second motion, old gains")
         file = self._beside("capture", second)

@@ -98,7 +98,7 @@ def _at_rest_for_good(board: Board) -> BoardStatus:
         failed = _stop_once(board)
         try:
             status, held = board.status(), board.held_by_another()
-        except LinkError:
+        except EdgeIdentError:  # what stands in between may be busy, too
             if late:
                 raise
             continue
