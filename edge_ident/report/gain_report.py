@@ -120,6 +120,8 @@ def gain_report_view(report: GainReport) -> Group:
         parts.append(promise_view(report.change.promise))
     if report.change:
         parts.append(Text(report.change.conclusion))
+        if report.change.next_step:
+            parts.append(Text(f"  next: {report.change.next_step}"))
     return Group(*parts)
 
 

@@ -55,6 +55,22 @@ class GainChange:
         return {axis: effects for axis, effects in self.diagnosed.items() if effects}
 
     @property
+    def next_step(self) -> str:
+        """What to do after a roll-back; empty where nothing was rolled back."""
+        if self.verification is None or self.confirmed:
+            return ""
+        if self._changed:
+            return "leave the machine as it is, its payload and warmth included, and try again"
+        if self.in_doubt:
+            return "try again, along a longer motion"
+        if self.contradicted:
+            return "take the diagnosis as open: record another motion, and diagnose both recordings"
+        return (
+            "look for play or a resonance; record another motion, and diagnose both recordings; or "
+            "take a lower --bandwidth"
+        )
+
+    @property
     def conclusion(self) -> str:
         """One sentence."""
         if self.dry_run:
