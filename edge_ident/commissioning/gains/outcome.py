@@ -65,10 +65,20 @@ class GainChange:
             return "try again, along a longer motion"
         if self.contradicted:
             return "take the diagnosis as open: record another motion, and diagnose both recordings"
+        where = f" of axis {listed(self._blamed)}" if self._blamed else ""
         return (
-            "look for play or a resonance; record another motion, and diagnose both recordings; or "
-            "take a lower --bandwidth"
+            f"look for play or a resonance{where}; record another motion, and diagnose both "
+            "recordings; or take a lower --bandwidth"
         )
+
+    @property
+    def _blamed(self) -> list[str]:
+        """Axes that follow worse than before or than promised."""
+        motions, promise = self._motions.values(), self.promise
+        axes = {a for of in motions for a, t in of.axes.items() if t.verdict == "worse"}
+        if promise is not None:
+            axes |= {a for _, a, of in promise.every if of.kept(promise.judged) is False}
+        return sorted(axes)
 
     @property
     def conclusion(self) -> str:

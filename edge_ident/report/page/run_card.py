@@ -218,4 +218,6 @@ def _changes(name: str, outcome: Outcome) -> Table | None:
     before, after = zip(*cells.values(), strict=True)
     last = "new" if outcome.confirmed else "designed"
     rows: list[Row] = [("old", *before), (last, *after)]
-    return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)
+    return Table(
+        f"Old and {last} gains (N·m, rad, s), and how the axis follows", ("", *cells), rows
+    )

@@ -49,7 +49,7 @@ def test_a_machine_that_changed_is_named_with_its_share() -> None:
 
 def test_a_roll_back_without_a_diagnosis_says_where_to_look() -> None:
     change = replace(rolled_back(multisine=WORSE), diagnosed={"x": (), "z": ()})
-    assert change.next_step.startswith("look for play or a resonance")
+    assert change.next_step.startswith("look for play or a resonance of axis z;")
     assert replace(change, confirmed=True).next_step == ""
     assert GainChange(False).next_step == ""
 
