@@ -93,3 +93,6 @@ def design(
     results.deliver(report.gains_document(found, designs.axes), "gains.json")
     results.show(found)
     results.show(designs)
+    if results.output and not results.json:
+        file = results.output / "gains.json"
+        say(f"written: {file}; write them to a board with: edge-ident gains stage {file}")

@@ -27,7 +27,8 @@ Repetitions = Annotated[
         "--repetitions",
         min=1,
         metavar="NUMBER",
-        help="Repetitions of every measurement; of those that need a motion, at most five.",
+        help="Repetitions of every measurement; of those that need a motion, at most five. 100 "
+        "take several minutes.",
     ),
 ]
 

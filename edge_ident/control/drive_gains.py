@@ -51,7 +51,7 @@ class GainDesigns(Readable):
     >>> import edge_ident
     >>> designs = edge_ident.design_gains(edge_ident.reduced_model())
     >>> print(designs)  # doctest: +ELLIPSIS
-    gains
+    gains, in N·m, rad and s
     ...
     """
 

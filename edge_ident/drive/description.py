@@ -6,6 +6,7 @@ gets an error with its line and the allowed range.
 
 import math
 import re
+import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -118,13 +119,15 @@ class Drive:
         DataError
             One is not.
         """
-        unknown = [name for name in names if name not in self.axes]
+        named = list(names)
+        unknown = [name for name in named if name not in self.axes]
         if unknown:
+            axes = shlex.join(part for name in named for part in ("--axis", name))
             raise DataError(
                 f"the described drive ({self.name}) has axes {', '.join(self.axes)}, but not "
                 f"{', '.join(unknown)}",
-                "describe your machine with edge-ident init and give that file with --drive "
-                "(without it, the built-in drive is taken), or rename columns with --column",
+                f"describe your machine with edge-ident init {axes}, and give that file with "
+                "--drive (without it, the built-in drive is taken), or rename columns (--column)",
             )
 
     def trajectory(self, cycles: int | None = None) -> Trajectory:

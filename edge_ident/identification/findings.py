@@ -74,7 +74,7 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
             Finding(
                 "unexplained",
                 findings_sentence(diagnosed),
-                "run edge-ident diagnose with --output and read its page",
+                "run edge-ident diagnose on this recording with --output, and read its page",
                 blocks=True,
             )
         ]
@@ -88,7 +88,8 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
             "extended_model",
             f"the base model lacks {found}; with it the model leaves "
             f"{diagnosed.extended.fitted:.2%} of the effort",
-            "run edge-ident diagnose and read its result before you adjust the machine",
+            "run edge-ident diagnose on this recording with --output, and read its page before you "
+            "adjust the machine",
             blocks=False,
         )
     ]

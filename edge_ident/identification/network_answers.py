@@ -43,8 +43,8 @@ def network_input(
     mismatch, limit = motion_mismatch(found.regressor, network), network.manifest.mismatch_limit
     if mismatch > limit:
         return (
-            f"no network was trained for that motion: it differs by {mismatch:.1%} "
-            f"(limit {limit:.1%})"
+            "the axis moved otherwise than the network was trained for: "
+            f"{mismatch:.0%} apart (limit {limit:.0%})"
         )
     return found
 

@@ -120,6 +120,8 @@ def gain_report_view(report: GainReport) -> Group:
         parts.append(promise_view(report.change.promise))
     if report.change:
         parts.append(Text(report.change.conclusion))
+        if report.change.next_step:
+            parts.append(Text(f"  next: {report.change.next_step}"))
     return Group(*parts)
 
 
@@ -138,7 +140,8 @@ def promise_view(promise: Promise) -> FittingTable:
 
 
 def _table(report: GainReport, axis: str) -> FittingTable:
-    table = FittingTable(title=f"board {report.serial_number}, axis {axis}", title_justify="left")
+    title = f"board {report.serial_number}, axis {axis}: gains, in N·m, rad and s"
+    table = FittingTable(title=title, title_justify="left")
     table.add_column("")
     for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
         table.add_column(heading, justify="right")

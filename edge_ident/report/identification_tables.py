@@ -86,7 +86,7 @@ def _value(estimate: Estimate, index: int) -> str:
 
 def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
     """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
-    table = FittingTable(title="gains", title_justify="left")
+    table = FittingTable(title="gains, in N·m, rad and s", title_justify="left")
     table.add_column("")
     for name in designs:
         table.add_column(escape(f"axis {name}"), justify="right")

@@ -36,6 +36,8 @@ def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
     if outcome.change and outcome.change.promise:
         yield promise_view(outcome.change.promise)
     yield Text(outcome.conclusion)
+    if outcome.change and outcome.change.next_step:
+        yield Text(f"  next: {outcome.change.next_step}")
 
 
 def _motions_table(separation: Separation) -> FittingTable:

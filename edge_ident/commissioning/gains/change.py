@@ -122,7 +122,7 @@ def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
         if axis not in active:
             raise DataError(
                 f"the file has gains of axis {axis}, the board has {', '.join(active)}",
-                "give gains for the drive of this board",
+                "read the recording with the board's names of axes (--column), and design anew",
             )
     return {**active, **file.gains}
 

@@ -55,6 +55,32 @@ class GainChange:
         return {axis: effects for axis, effects in self.diagnosed.items() if effects}
 
     @property
+    def next_step(self) -> str:
+        """What to do after a roll-back; empty where nothing was rolled back."""
+        if self.verification is None or self.confirmed:
+            return ""
+        if self._changed:
+            return "leave the machine as it is, its payload and warmth included, and try again"
+        if self.in_doubt:
+            return "try again, along a longer motion"
+        if self.contradicted:
+            return "take the diagnosis as open: record another motion, and diagnose both recordings"
+        where = f" of axis {listed(self._blamed)}" if self._blamed else ""
+        return (
+            f"look for play or a resonance{where}; record another motion, and diagnose both "
+            "recordings; or take a lower --bandwidth"
+        )
+
+    @property
+    def _blamed(self) -> list[str]:
+        """Axes that follow worse than before or than promised."""
+        motions, promise = self._motions.values(), self.promise
+        axes = {a for of in motions for a, t in of.axes.items() if t.verdict == "worse"}
+        if promise is not None:
+            axes |= {a for _, a, of in promise.every if of.kept(promise.judged) is False}
+        return sorted(axes)
+
+    @property
     def conclusion(self) -> str:
         """One sentence."""
         if self.dry_run:

@@ -175,11 +175,12 @@ def _board_process(device: str | None) -> Iterator[str]:
     if device not in (None, "virtual"):
         yield str(device)
         return
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # out of reach of Ctrl-C: it has to hear how the motion ends
         [sys.executable, "-m", "edge_ident", "board", "--pty"],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
+        start_new_session=True,
     )
     with process:
         try:

@@ -1,6 +1,9 @@
 """Record one motion, and nothing else."""
 
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from edge_ident.commissioning.motion.capture import (
     Capture,
@@ -15,6 +18,7 @@ from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
 from edge_ident.signals.array_checks import MINIMUM_SAMPLES
 from edge_ident.signals.data_checks import check_recording
+from edge_ident.signals.recording import Recording
 from firmware_interface.board import Board
 from firmware_interface.motion import Trajectory
 
@@ -46,7 +50,8 @@ def record_motion(
     LinkError, BoardError
         The motion did not get to its end.
     DataError
-        Board and drive description differ, or the recording cannot be used.
+        Board and drive description differ, or what an axis that was to move recorded cannot be
+        used.
     """
     check_drive(board, drive)
     if isinstance(motion, Trajectory):
@@ -59,8 +64,18 @@ def record_motion(
         observer.stage(stage)
         found = capture_motion(board, trajectory, observer.samples, file, observer.say)
         board.finish()
-    check_recording(found.recording)
+    check_recording(_moved(found.recording))
     return found
+
+
+def _moved(recording: Recording) -> Recording:
+    """The axes that were to move: a designed motion may leave others at rest, as it should."""
+    moved = {
+        name: axis
+        for name, axis in recording.axes.items()
+        if axis.reference is None or np.ptp(axis.reference) > 0.0
+    }
+    return replace(recording, axes=moved or recording.axes)
 
 
 def check_motion(trajectory: Trajectory, board: Board) -> None:

@@ -48,7 +48,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     beside = " beside the causes" if axis.causes else ""
     for experiment, effects in wording.not_testable(axis).items():
         yield Text(f"  not testable{beside}: {', '.join(effects)}; record {experiment}")
-    if axis.not_testable:
+    if wording.can_be_planned(axis, len(diagnosis.axes)):
         yield Text("  edge-ident plan designs a motion that shows them, from this recording")
 
 

@@ -8,6 +8,7 @@ from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Refused
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
@@ -166,6 +167,19 @@ def not_testable(axis: AxisDiagnosis) -> Mapping[str, list[str]]:
     return found
 
 
+def can_be_planned(axis: AxisDiagnosis, axes: int) -> bool:
+    """Whether `edge-ident plan` designs a motion for some of what was not testable.
+
+    Parameters
+    ----------
+    axis : AxisDiagnosis
+    axes : int
+        Number of axes in the recordings. With one, no motion shows what a second one does.
+    """
+    effects = [named(missing.effect) for missing in axis.not_testable]
+    return any(not e.tied_to_time and (axes > 1 or not e.needs_source) for e in effects)
+
+
 def gain(cause: Cause) -> tuple[str, str]:
     """Reduction of the held-out residual by a cause, and its interval."""
     low, high = (f"{100 * end:.0f}" for end in cause.held_out_gain_interval)
@@ -211,7 +225,7 @@ def _described(fit: ModelFit, validated: tuple[float, ...], axis: AxisModel) -> 
         "relative residual, fitted": percent(fit.fitted),
         "relative residual, held out": percent(fit.held_out),
     }
-    labels = ("relative residual, validation", "the same, its own friction")
+    labels = ("relative residual, validation", "the same, friction fitted to it")
     cells |= {label: percent(value) for label, value in zip(labels, validated, strict=False)}
     moved = "not simulated" if fit.motion_error is None else f"{fit.motion_error:.3g}"
     cells |= {

@@ -69,7 +69,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = StribeckFriction(
     advice=Advice(
         in_words="friction is higher at low speed: the axis sticks before it slides",
-        part="guides, ball nut and seals: their lubrication",
+        part="guides, bearings, nut or gear, and seals: their lubrication",
         action=(
             "Check that enough of the right lubricant arrives. Move the axis over its whole "
             "stroke for some minutes and record again."

@@ -132,7 +132,6 @@ def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Table:
         "relative residual, fitted": "error on the recording",
         "relative residual, held out": "error on kept-back parts",
         "relative residual, validation": "error on another recording",
-        "the same, its own friction": "the same, with friction fitted to it",
         "fit": "fit (1 is perfect)",
         "time-spectral metric": "time-spectral metric (1 is perfect)",
     }

@@ -66,7 +66,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
-        action=_action(axis, outcome, contradicted),
+        action=_action(axis, outcome),
         chart=replace(chart, height=PICTURE_HEIGHT),
         written=_written(name, outcome),
         table=_changes(name, outcome),
@@ -173,7 +173,7 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     ]
 
 
-def _action(axis: AxisIdentification, outcome: Outcome, contradicted: bool) -> list[Markup]:
+def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
     steps = [escape(sentence(f.next_step)) for f in axis.findings if f.blocks]
     if steps:
         return steps[:3]
@@ -181,15 +181,8 @@ def _action(axis: AxisIdentification, outcome: Outcome, contradicted: bool) -> l
         return [Markup("Mend what is wrong on the other axis, then run again.")]
     if outcome.change is None or outcome.change.dry_run:
         return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
-    if contradicted:
-        return [
-            Markup(
-                "Take the diagnosis as open: record another motion and run "
-                "<code>edge-ident diagnose</code> on both."
-            )
-        ]
-    if not outcome.confirmed and not outcome.change.unchanged:
-        return [Markup("Look for play or a resonance, or take a lower <code>--bandwidth</code>.")]
+    if outcome.change.next_step:
+        return [escape(sentence(outcome.change.next_step))]
     if outcome.confirmed and not outcome.stored:
         return [
             Markup(
@@ -225,4 +218,6 @@ def _changes(name: str, outcome: Outcome) -> Table | None:
     before, after = zip(*cells.values(), strict=True)
     last = "new" if outcome.confirmed else "designed"
     rows: list[Row] = [("old", *before), (last, *after)]
-    return Table(f"Old and {last} gains, and how the axis follows", ("", *cells), rows)
+    return Table(
+        f"Old and {last} gains (N·m, rad, s), and how the axis follows", ("", *cells), rows
+    )

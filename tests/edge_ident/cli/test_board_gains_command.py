@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 from edge_ident import commissioning
 from edge_ident.cli import app
+from edge_ident.signals.recording_files import save_recording
+from edge_ident.simulation.simulate import simulate
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains
@@ -42,6 +44,17 @@ def gains_file(folder: Path, gains: AxisGains, **more: object) -> Path:
         )
     )
     return path
+
+
+def test_designed_gains_say_where_they_are_and_how_they_get_to_a_board(tmp_path: Path) -> None:
+    save_recording(simulate(), tmp_path / "recording.npz")
+    command = ["gains", str(tmp_path / "recording.npz"), "--output", str(tmp_path)]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    file = tmp_path / "gains.json"
+    assert f"written: {file}; write them to a board with: edge-ident gains stage {file}" in (
+        done.stderr
+    )
 
 
 def test_staging_on_a_board_of_the_command_s_own_says_that_it_ends(tmp_path: Path) -> None:

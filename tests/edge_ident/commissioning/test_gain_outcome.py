@@ -1,5 +1,7 @@
 """What is said of new gains that were rolled back for a doubt."""
 
+from dataclasses import replace
+
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking, Verification
 
@@ -25,6 +27,7 @@ def test_what_is_worse_contradicts_the_diagnosis() -> None:
     assert not change.in_doubt
     assert change.contradicted == {"z": ("backlash",)}
     assert "increased the tracking error on the multisine and were rolled back" in change.conclusion
+    assert change.next_step.startswith("take the diagnosis as open")
 
 
 def test_what_may_be_chance_says_so_and_contradicts_nothing() -> None:
@@ -32,6 +35,7 @@ def test_what_may_be_chance_says_so_and_contradicts_nothing() -> None:
     assert change.in_doubt
     assert change.contradicted == {}
     assert "on the multisine, perhaps by chance, and were rolled back" in change.conclusion
+    assert change.next_step == "try again, along a longer motion"
 
 
 def test_a_machine_that_changed_is_named_with_its_share() -> None:
@@ -40,6 +44,14 @@ def test_a_machine_that_changed_is_named_with_its_share() -> None:
     assert "the machine itself changed during the trial (axis z by 7% of its effort)" in (
         change.conclusion
     )
+    assert change.next_step.startswith("leave the machine as it is")
+
+
+def test_a_roll_back_without_a_diagnosis_says_where_to_look() -> None:
+    change = replace(rolled_back(multisine=WORSE), diagnosed={"x": (), "z": ()})
+    assert change.next_step.startswith("look for play or a resonance of axis z;")
+    assert replace(change, confirmed=True).next_step == ""
+    assert GainChange(False).next_step == ""
 
 
 def test_an_axis_without_a_difference_is_not_said_to_follow_better() -> None:

@@ -27,8 +27,8 @@ def test_built_in_drive_is_the_papers() -> None:
 def test_an_axis_that_the_drive_lacks_leads_to_a_description_of_the_machine() -> None:
     with pytest.raises(DataError, match=r"\(feed drive\) has axes x, z, but not q") as error:
         load_drive().check_axes(["x", "q"])
-    assert "edge-ident init" in error.value.next_step
     assert "--drive" in error.value.next_step
+    assert "edge-ident init --axis x --axis q" in error.value.next_step
 
 
 def test_a_description_nested_too_deeply_is_refused(tmp_path: Path) -> None:

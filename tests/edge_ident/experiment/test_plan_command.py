@@ -63,6 +63,23 @@ def test_a_board_follows_the_motion(
     assert recording.time_s[-1] == pytest.approx(trajectory.duration_s, abs=0.01)
 
 
+def test_an_axis_that_the_motion_leaves_at_rest_is_no_fault_of_the_capture(
+    planned: tuple[Path, dict], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """As where the recordings that it was designed from have the other axis alone."""
+    document = json.loads(planned[0].read_text())
+    for component in document["axes"]["z"]["components"]:
+        component["amplitude_rad"] = 0.0
+    alone = tmp_path / "alone.json"
+    alone.write_text(json.dumps(document))
+    SharedBoard(monkeypatch).json("capture", "--motion", alone, "--output", tmp_path)
+    code, _, errors = run("identify", tmp_path / "capture.npz")
+    assert code == 5
+    assert "axis z, position: no motion" in errors
+    assert "leave this axis out: --axis x" in errors
+    assert run("identify", tmp_path / "capture.npz", "--axis", "x")[0] in (0, 1)
+
+
 def test_a_motion_of_other_axes_is_refused_by_the_board(
     planned: tuple[Path, dict], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

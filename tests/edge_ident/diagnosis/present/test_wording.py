@@ -1,9 +1,13 @@
-"""What a diagnosis says of the shift between effort and motion."""
+"""What a diagnosis says of the shift between effort and motion, and of what a plan can show."""
+
+from dataclasses import replace
 
 import pytest
 
-from edge_ident.diagnosis.present.wording import timing_sentence
+from edge_ident.diagnosis.present.wording import can_be_planned, timing_sentence
+from edge_ident.diagnosis.result import NotTestable
 from edge_ident.model.timing import EVEN_SHIFT, NO_SHIFT, Timing
+from tests.edge_ident.diagnosis import hand_made
 
 
 @pytest.mark.parametrize(
@@ -18,3 +22,20 @@ from edge_ident.model.timing import EVEN_SHIFT, NO_SHIFT, Timing
 )
 def test_the_shift_is_said_in_words(timing: Timing, said: str) -> None:
     assert said in timing_sentence(timing)
+
+
+@pytest.mark.parametrize(
+    ("effect", "axes", "expected"),
+    [
+        ("backlash", 1, True),
+        ("cross_axis_coupling", 2, True),
+        ("cross_axis_coupling", 1, False),
+        ("warm_up", 2, False),
+    ],
+)
+def test_a_plan_is_advised_only_for_what_a_motion_of_these_axes_shows(
+    effect: str, axes: int, expected: bool
+) -> None:
+    axis = next(iter(hand_made.diagnosis().axes.values()))
+    missing = (NotTestable(effect, "not excited", "record another motion"),)
+    assert can_be_planned(replace(axis, not_testable=missing), axes) is expected
