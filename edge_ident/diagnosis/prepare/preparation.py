@@ -25,6 +25,7 @@ from edge_ident.diagnosis.prepare.masks import (
     longer_or_faster,
     reversals,
     run_in,
+    tone_count,
     unknown_directions,
 )
 from edge_ident.diagnosis.prepare.parts import most_hz
@@ -132,7 +133,8 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
     start_index, sample_index = _compared(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
-    turns, valid, far = _masks(narrow, known, count, band, (period_s, raw.period_s), sample_index)
+    tone, periods_s = tone_count(count, noise), (period_s, raw.period_s)
+    turns, valid, far = _masks(narrow, known, tone, band, periods_s, sample_index)
     return Segment(
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
