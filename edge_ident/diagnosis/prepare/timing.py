@@ -132,17 +132,28 @@ def whole_shift(segment: Segment, axis: AxisModel) -> Shift:
 def moved_beside(segment: Segment, axis: AxisModel) -> Segment:
     """A recording in step beside the terms of a model that was fitted, to first order; itself where
     it hardly moves."""
-    shift_s = whole_shift(segment, axis).shift_s
-    if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
-        return segment
-    return _with_timing(segment.in_step(shift_s))
+    return _moved(segment, whole_shift(segment, axis).shift_s)
+
+
+def untold(segment: Segment) -> bool:
+    """Whether the slow part of an effort says less of its timing than the limits do."""
+    shift = _Signals.of(segment).shift(segment)
+    return shift.unlimited_std_s > LARGEST_SHIFT * segment.raw_period_s
 
 
 def at_best_fit(segment: Segment) -> Segment:
-    """A recording at the shift within the limits at which the base model leaves least."""
+    """A recording at the shift within the limits at which the base model leaves least; itself where
+    it hardly moves."""
     limit_s = LARGEST_SHIFT * segment.raw_period_s
     left = [_Signals.of(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
-    return _with_timing(segment.in_step(smallest_at(left, segment.raw_period_s)))
+    return _moved(segment, smallest_at(left, segment.raw_period_s))
+
+
+def _moved(segment: Segment, shift_s: float) -> Segment:
+    """A recording with another shift; itself where it hardly moves."""
+    if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
+        return segment
+    return _with_timing(segment.in_step(shift_s))
 
 
 def _late(segment: Segment, shift: Shift) -> bool:
