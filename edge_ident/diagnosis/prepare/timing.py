@@ -5,7 +5,7 @@ shift takes a part of it. So the shift that moves an effort is estimated beside 
 friction over speed, for either direction.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Self
 
@@ -131,8 +131,17 @@ def whole_shift(segment: Segment, axis: AxisModel) -> Shift:
 
 def moved_beside(segment: Segment, axis: AxisModel) -> Segment:
     """A recording in step beside the terms of a model that was fitted, to first order; itself where
-    it hardly moves."""
-    return _moved(segment, whole_shift(segment, axis).shift_s)
+    it hardly moves.
+
+    The slow part of its effort says where. Within what that leaves open, which is all for short
+    moves, it is the shift at which the model leaves least.
+    """
+    shift = whole_shift(segment, axis)
+    if shift.unlimited_std_s < _SMALLEST * segment.raw_period_s:
+        return _moved(segment, shift.shift_s)
+    open_s = CERTAIN * shift.unlimited_std_s
+    best_s = _best_fit_s(segment, lambda s: _Signals.of(s).beside_terms(s, axis))
+    return _moved(segment, float(np.clip(best_s, shift.shift_s - open_s, shift.shift_s + open_s)))
 
 
 def untold(segment: Segment) -> bool:
@@ -144,9 +153,14 @@ def untold(segment: Segment) -> bool:
 def at_best_fit(segment: Segment) -> Segment:
     """A recording at the shift within the limits at which the base model leaves least; itself where
     it hardly moves."""
+    return _moved(segment, _best_fit_s(segment, _Signals.of))
+
+
+def _best_fit_s(segment: Segment, signals: Callable[[Segment], "_Signals"]) -> float:
+    """The shift within the limits at which the signals of a recording leave least."""
     limit_s = LARGEST_SHIFT * segment.raw_period_s
-    left = [_Signals.of(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
-    return _moved(segment, smallest_at(left, segment.raw_period_s))
+    left = [signals(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
+    return smallest_at(left, segment.raw_period_s)
 
 
 def _moved(segment: Segment, shift_s: float) -> Segment:

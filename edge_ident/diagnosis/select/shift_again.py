@@ -79,6 +79,18 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
     return found
 
 
+def in_step_beside(data: AxisData, axis: AxisModel) -> AxisData:
+    """The data of an axis with every effort in step beside the terms of a known model."""
+    if data.late or delayed(axis):
+        return data
+    for _ in range(MOST_MOVES):
+        segments = tuple(moved_beside(segment, axis) for segment in data.segments)
+        if all(map(is_, segments, data.segments)):
+            break
+        data = data.with_efforts_of(segments)
+    return data
+
+
 def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:
     """Whether the base model leaves nothing but noise and what is not worth naming."""
     base = fitted_base(data, known)
