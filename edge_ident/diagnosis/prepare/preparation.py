@@ -133,8 +133,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
     reversing, known, weight = _direction(raw, motions[name], noise, band, stride)
     start_index, sample_index = _compared(known, weight, band, motions[name], raw, stride)
     narrow = raw.motion(raw.position, max(band.cutoff_hz, 0.5 * motion_hz), stride)
-    tone, periods_s = tone_count(count, noise), (period_s, raw.period_s)
-    turns, valid, far = _masks(narrow, known, tone, band, periods_s, sample_index)
+    turns, valid, far = _masks(narrow, known, count, band, (period_s, raw.period_s), sample_index)
     return Segment(
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
@@ -192,9 +191,10 @@ def _motion_hz(raw: Sampled, seen: Band, band: Band) -> float:
 
 
 def _noise(raw: Sampled, recording: Recording, name: str) -> tuple[float, float]:
-    """The encoder's count, and the standard deviation of its noise."""
+    """The encoder's count, 0 without a tone, and the standard deviation of its noise."""
     count = encoder_count(recording.axes[name].position)
-    return count, max(raw.noises[name], count / np.sqrt(12.0))
+    noise = max(raw.noises[name], count / np.sqrt(12.0))
+    return tone_count(count, noise), noise
 
 
 def _direction(
