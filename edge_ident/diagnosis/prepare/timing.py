@@ -157,10 +157,18 @@ def at_best_fit(segment: Segment) -> Segment:
 
 
 def _best_fit_s(segment: Segment, signals: Callable[[Segment], "_Signals"]) -> float:
-    """The shift within the limits at which the signals of a recording leave least."""
+    """The shift within the limits at which the signals of a recording leave least.
+
+    It is that of the recording where a parabola through three shifts leads to no better one: of a
+    slow record the limits are no small part of a period.
+    """
+
+    def left(shift_s: float) -> float:
+        return signals(segment.in_step(shift_s)).left
+
     limit_s = LARGEST_SHIFT * segment.raw_period_s
-    left = [signals(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
-    return smallest_at(left, segment.raw_period_s)
+    found_s = smallest_at([left(s) for s in (-limit_s, 0.0, limit_s)], segment.raw_period_s)
+    return min(segment.applied_s, found_s, key=left)
 
 
 def _moved(segment: Segment, shift_s: float) -> Segment:
