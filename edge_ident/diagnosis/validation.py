@@ -1,9 +1,10 @@
 """What a model found in one recording is worth on another.
 
 Base and extended model are scored like for like: inside the same physical bounds, on the same
-samples of the other recording. The offset and the timing are fitted anew for each, because they
-differ from one day to the next. Terms that are tied to the time of their recording are left out;
-what they change in the base parameters (a warm-up: viscous friction) is fitted anew, too.
+samples of the other recording. Its effort is in step beside the extended model. The offset and the
+rest of the timing are fitted anew for each, because they differ from one day to the next. Terms
+that are tied to the time of their recording are left out; what they change in the base parameters
+(a warm-up: viscous friction) is fitted anew, too.
 
 Each cause is judged by leaving it out: the rest is fitted again to the first recording, and both
 models predict the other one. A cause carries over if the residual there is certainly smaller with
@@ -33,6 +34,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.physics import FRICTION
+from edge_ident.diagnosis.select.shift_again import in_step_beside
 from edge_ident.diagnosis.structure_elsewhere import leaves_structure, structure_elsewhere
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
@@ -88,6 +90,7 @@ def judge(
         Smallest share of the rms effort that is worth naming.
     """
     model = supported.model
+    other = in_step_beside(other, model.axis)
     carried = carry_over(data, other, base, model)
     lost = [k for k in range(len(model.terms)) if k not in carried.kept]
     suspected: tuple[Cause, ...] = ()

@@ -19,6 +19,7 @@ from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.model import Estimate
 from edge_ident.signals.conditioning import Signals, decimated, decimation
 from edge_ident.signals.filters import lowpass
+from edge_ident.signals.standstill import shortest_move_s
 
 Array = NDArray[np.float64]
 
@@ -86,7 +87,9 @@ def estimation_part(signals: Signals) -> EstimationPart:
     if len(moving) < _FEWEST_SAMPLES:
         raise DataError(
             f"only {len(moving)} independent samples show the axis in motion",
-            "record a longer motion, or one with less time at rest",
+            "record a longer motion, or one with less time at rest, or with longer moves, or "
+            f"sample faster: {1.0 / signals.recorded_period_s:.4g} Hz shows moves between rests "
+            f"of {shortest_move_s(signals.cutoff_hz):.2g} s, or more",
         )
     return EstimationPart(moving, signals.regressor)
 

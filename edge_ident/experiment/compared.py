@@ -22,6 +22,7 @@ from edge_ident.diagnosis.prepare.masks import (
     direction_weight,
     reversals,
     run_in,
+    tone_count,
     unknown_directions,
 )
 from edge_ident.diagnosis.prepare.parts import most_hz
@@ -157,7 +158,8 @@ class Instruments:
         )
         weight = direction_weight(reversing | rests, cutoff_hz, period_s)
         smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
-        aliased = aliasing_mask(motion, self.count, band.cutoff_hz, self.sampling_s, smear)
+        count = tone_count(self.count, self.position_noise)
+        aliased = aliasing_mask(motion, count, band.cutoff_hz, self.sampling_s, smear)
         index = decimated(len(weight), band.cutoff_hz, period_s)
         passed = band.lowpass(weight, period_s)
         usable = (passed[index] > LEAST_WEIGHT) & ~aliased[index]

@@ -22,6 +22,7 @@ from edge_ident.diagnosis.prepare.masks import (
     direction_weight,
     longer_or_faster,
     run_in,
+    tone_count,
 )
 from edge_ident.diagnosis.tolerance import OUTLIER, worth_naming
 from edge_ident.errors import DataError
@@ -98,7 +99,7 @@ class ComparedSignals:
         weight = direction_weight(unknown, band.cutoff_hz, period_s)
         time_s = np.arange(len(position), dtype=np.float64) * period_s
         motion = Motion.known(time_s, position, velocity, acceleration)
-        aliased = _aliased(motion, count, band, recorded_s, period_s)
+        aliased = _aliased(motion, tone_count(count, noise), band, recorded_s, period_s)
         samples, start = _samples(position, weight, aliased, band, period_s, recorded_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         jerk = np.gradient(acceleration, period_s)

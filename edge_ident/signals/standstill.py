@@ -17,6 +17,11 @@ _CREEPING: Final = 0.005
 times that."""
 
 
+def shortest_move_s(cutoff_hz: float) -> float:
+    """Duration of a move between two rests of which hardly a sample is left."""
+    return 2.0 * _DECAY_PERIODS / cutoff_hz
+
+
 def standing(
     position: Array, noise: float, cutoff_hz: float, period_s: float, speed: float = 0.0
 ) -> Mask:

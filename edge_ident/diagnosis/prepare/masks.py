@@ -36,6 +36,8 @@ _STILL_NOISE: Final = 6.0
 """Range of the position, in the same unit, of an axis at rest: less than two counts."""
 _HARMONICS: Final = 2
 """Harmonics of the rounding error, a sawtooth, that are considered."""
+_DITHER: Final = 0.5
+"""Noise, in counts, that makes the rounding error white."""
 _SLOW_SWEEP: Final = 8.0
 """Cut-off periods in which an aliased tone may cross the band and still look like motion."""
 
@@ -75,6 +77,23 @@ def tapered(mask: Mask, by: float) -> Array:
     return np.asarray(np.clip(spread, 0.0, 1.0))
 
 
+def tone_count(count: float, noise: float) -> float:
+    """Count of an encoder whose rounding error is a tone at a steady speed, 0 where it is none.
+
+    Noise of more than half a count before the rounding makes its error white, whatever the speed
+    (dither, Widrow and Kollar, Quantization Noise, 2008): its first harmonic is left with less than
+    a hundredth. The noise floor holds white noise already.
+
+    Parameters
+    ----------
+    count : float
+        Encoder resolution.
+    noise : float
+        Standard deviation of the encoder noise, that of the rounding among it.
+    """
+    return count if noise**2 - count**2 / 12.0 < (_DITHER * count) ** 2 else 0.0
+
+
 def aliasing_mask(
     motion: Motion, count: float, cutoff_hz: float, period_s: float, smear: int
 ) -> Mask:
@@ -90,7 +109,7 @@ def aliasing_mask(
     motion : Motion
         (N,), filtered at the cut-off.
     count : float
-        Encoder resolution; zero for an encoder without steps.
+        `tone_count` of the encoder.
     smear : int
         Samples by which the mask is widened.
     """

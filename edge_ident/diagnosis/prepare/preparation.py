@@ -25,6 +25,7 @@ from edge_ident.diagnosis.prepare.masks import (
     longer_or_faster,
     reversals,
     run_in,
+    tone_count,
     unknown_directions,
 )
 from edge_ident.diagnosis.prepare.parts import most_hz
@@ -190,9 +191,10 @@ def _motion_hz(raw: Sampled, seen: Band, band: Band) -> float:
 
 
 def _noise(raw: Sampled, recording: Recording, name: str) -> tuple[float, float]:
-    """The encoder's count, and the standard deviation of its noise."""
+    """The encoder's count, 0 without a tone, and the standard deviation of its noise."""
     count = encoder_count(recording.axes[name].position)
-    return count, max(raw.noises[name], count / np.sqrt(12.0))
+    noise = max(raw.noises[name], count / np.sqrt(12.0))
+    return tone_count(count, noise), noise
 
 
 def _direction(

@@ -5,7 +5,7 @@ shift takes a part of it. So the shift that moves an effort is estimated beside 
 friction over speed, for either direction.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Self
 
@@ -131,18 +131,51 @@ def whole_shift(segment: Segment, axis: AxisModel) -> Shift:
 
 def moved_beside(segment: Segment, axis: AxisModel) -> Segment:
     """A recording in step beside the terms of a model that was fitted, to first order; itself where
-    it hardly moves."""
-    shift_s = whole_shift(segment, axis).shift_s
-    if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
-        return segment
-    return _with_timing(segment.in_step(shift_s))
+    it hardly moves.
+
+    The slow part of its effort says where. Within what that leaves open, which is all for short
+    moves, it is the shift at which the model leaves least.
+    """
+    shift = whole_shift(segment, axis)
+    if shift.unlimited_std_s < _SMALLEST * segment.raw_period_s:
+        return _moved(segment, shift.shift_s)
+    open_s = CERTAIN * shift.unlimited_std_s
+    best_s = _best_fit_s(segment, lambda s: _Signals.of(s).beside_terms(s, axis))
+    return _moved(segment, float(np.clip(best_s, shift.shift_s - open_s, shift.shift_s + open_s)))
+
+
+def untold(segment: Segment) -> bool:
+    """Whether the slow part of an effort says less of its timing than the limits do."""
+    shift = _Signals.of(segment).shift(segment)
+    return shift.unlimited_std_s > LARGEST_SHIFT * segment.raw_period_s
 
 
 def at_best_fit(segment: Segment) -> Segment:
-    """A recording at the shift within the limits at which the base model leaves least."""
+    """A recording at the shift within the limits at which the base model leaves least; itself where
+    it hardly moves."""
+    return _moved(segment, _best_fit_s(segment, _Signals.of))
+
+
+def _best_fit_s(segment: Segment, signals: Callable[[Segment], "_Signals"]) -> float:
+    """The shift within the limits at which the signals of a recording leave least.
+
+    It is that of the recording where a parabola through three shifts leads to no better one: of a
+    slow record the limits are no small part of a period.
+    """
+
+    def left(shift_s: float) -> float:
+        return signals(segment.in_step(shift_s)).left
+
     limit_s = LARGEST_SHIFT * segment.raw_period_s
-    left = [_Signals.of(segment.in_step(s)).left for s in (-limit_s, 0.0, limit_s)]
-    return _with_timing(segment.in_step(smallest_at(left, segment.raw_period_s)))
+    found_s = smallest_at([left(s) for s in (-limit_s, 0.0, limit_s)], segment.raw_period_s)
+    return min(segment.applied_s, found_s, key=left)
+
+
+def _moved(segment: Segment, shift_s: float) -> Segment:
+    """A recording with another shift; itself where it hardly moves."""
+    if abs(shift_s - segment.applied_s) < _SMALLEST * segment.raw_period_s:
+        return segment
+    return _with_timing(segment.in_step(shift_s))
 
 
 def _late(segment: Segment, shift: Shift) -> bool:

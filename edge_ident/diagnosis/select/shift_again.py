@@ -4,7 +4,8 @@ The first look asks how the effort's slow part is shifted, since noise that the 
 imitates a shift of the rest. It is wrong in two ways:
 
 - A motion of short moves has no slow part that tells. Then the shift at which the base model leaves
-  least is tried, and taken where the model is adequate at it.
+  least is tried, and taken where the model is adequate at it. It is tried as well where a shift of
+  zero is adequate, just: the rest would go to a play or a compliance.
 - No cause is known yet. A dead band, say, asks for a shift of its own, and what it lacks is then in
   the model to first order only: the rest looks like a spring with much damping. So an effort is
   moved again beside the causes that were found: first beside those that the grids alone show, as
@@ -20,7 +21,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, f
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside
+from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside, untold
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
@@ -29,7 +30,8 @@ from edge_ident.model.model import AxisModel
 
 
 def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisData:
-    """The data of an axis, at another shift where the base model is adequate at that one alone.
+    """The data of an axis, at another shift where the base model is adequate at that one alone, or
+    where nothing told the first.
 
     Parameters
     ----------
@@ -39,9 +41,14 @@ def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisDat
     tolerance : float
         Smallest share of the rms effort that is worth naming.
     """
-    if data.late or delayed(known) or _adequate(data, known, tolerance):
+    if data.late or delayed(known):
         return data
-    moved = data.with_efforts_of(tuple(map(at_best_fit, data.segments)))
+    if not all(map(untold, data.segments)) and _adequate(data, known, tolerance):
+        return data
+    segments = tuple(map(at_best_fit, data.segments))
+    if all(map(is_, segments, data.segments)):
+        return data
+    moved = data.with_efforts_of(segments)
     return moved if _adequate(moved, known, tolerance) else data
 
 
@@ -70,6 +77,18 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
         if moved is not data and value < best:
             best, found = value, moved
     return found
+
+
+def in_step_beside(data: AxisData, axis: AxisModel) -> AxisData:
+    """The data of an axis with every effort in step beside the terms of a known model."""
+    if data.late or delayed(axis):
+        return data
+    for _ in range(MOST_MOVES):
+        segments = tuple(moved_beside(segment, axis) for segment in data.segments)
+        if all(map(is_, segments, data.segments)):
+            break
+        data = data.with_efforts_of(segments)
+    return data
 
 
 def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.columns import Columns
 from edge_ident.model import model
@@ -128,3 +129,13 @@ def test_emps_figures(measured_data: MeasuredData) -> None:
     assert np.linalg.norm(residual) / np.linalg.norm(effort) == pytest.approx(0.0408, abs=0.002)
     corrected = fit(signals).parameters
     np.testing.assert_allclose(corrected, PUBLISHED, rtol=0.01)
+
+
+def test_moves_that_are_too_short_for_the_sampling_rate_are_said_to_be() -> None:
+    """Of moves of 0.25 s, with rests as long between them, a longer record shows no more."""
+    time = 0.01 * np.arange(4000)
+    speed = np.where(time % 0.5 < 0.25, 1.0 - np.cos(8.0 * np.pi * time), 0.0)
+    position = np.round(np.cumsum(speed * np.where(time % 4.0 < 2.0, 1.0, -1.0)) / 1e-3) * 1e-5
+    with pytest.raises(DataError) as refused:
+        fit(condition(time, position, speed))
+    assert "100 Hz shows moves between rests of 0.6 s, or more" in str(refused.value.next_step)
