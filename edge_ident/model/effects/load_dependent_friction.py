@@ -94,8 +94,8 @@ EFFECT: Final = LoadDependentFriction(
         },
         times={"moved": "inertia"},
         note=(
-            "the board's law knows inertia and constant load; what a load along the stroke loses is "
-            "left to feedback"
+            "the board's law knows inertia and constant load; what a load along the stroke loses "
+            "is left to feedback"
         ),
     ),
 )
