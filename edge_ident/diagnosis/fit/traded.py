@@ -13,16 +13,13 @@ looks like less inertia and more viscous friction, and the fit may end at a limi
 the shift may lie anywhere between its limits.
 """
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.attenuation import attenuation
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import cached_effort
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, jacobian_of
-from edge_ident.diagnosis.fit.held_out import nonlinear_derivatives, standard_deviations
-from edge_ident.diagnosis.fit.own_columns import own_columns
+from edge_ident.diagnosis.fit.fitting import FittedModel, delayed
+from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.fit.term_effort import term_effort
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -31,12 +28,9 @@ from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
-_MOST_TAKEN: Final = 0.45
-"""Of the inertia, by noise that is added: near half of it, nothing tells how much there was."""
-
 
 def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: float) -> Array:
-    """Standard deviations (P,) of a model's parameters, trading included.
+    """Standard deviations (P,) of a model's parameters, trading and encoder noise included.
 
     The parameters and their order are those of `edge_ident.diagnosis.fit.held_out`.
     """
@@ -71,29 +65,6 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
         error = min(1.0, unexplained / own)
         variance += (error * taken[: len(PARAMETERS)]) ** 2
     return np.sqrt(variance)
-
-
-def attenuation(data: AxisData, model: FittedModel) -> Array:
-    """What encoder noise in the columns takes from the parameters of a model, (P,).
-
-    Noise in the acceleration makes the inertia too small, the more so the less of the acceleration
-    is its own: along one sinusoid it is nearly that of a spring. The same noise is added once more,
-    and what that takes of the inertia J tells what the first took: with k times as much energy in
-    the noise as in what is left of the column, J = J₀/(1 + k), and J₀/(1 + 2·k) with both.
-    Source: simulation and extrapolation (Cook and Stefanski, JASA 89, 1994, 1314).
-    """
-    moved = _step(data.noise_replica, model) - _step(data, model)
-    inertia = float(model.base[0])
-    ratio = np.clip(-moved[0] / inertia, 0.0, _MOST_TAKEN) if inertia > 0.0 else 0.0
-    return np.asarray(np.abs(moved) / (1.0 - 2.0 * ratio))
-
-
-def _step(data: AxisData, model: FittedModel) -> Array:
-    """What least squares without bounds adds to the parameters (P,) of a model, to first order."""
-    columns = np.hstack([jacobian_of(data, model), nonlinear_derivatives(data, model)])
-    columns[:, len(PARAMETERS) : len(PARAMETERS) + len(model.own)] = 0.0  # shifts have limits
-    made = cached_effort(data, model.axis) + own_columns(data) @ model.own
-    return solve(columns[data.valid], (data.effort - made)[data.valid])
 
 
 def _shifted_deviations(data: AxisData, model: FittedModel) -> Array:

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.attenuation import attenuation
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, jacobian_of
-from edge_ident.diagnosis.fit.traded import attenuation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.columns import unit_length
