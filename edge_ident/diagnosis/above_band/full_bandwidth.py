@@ -31,9 +31,9 @@ _REPEATS: Final = 0.99
 _SHORTEST_LAP: Final = 0.02
 _LONGEST_LAP: Final = 0.75
 """Of the record."""
-_POWERS: Final = 8
-"""Of the position, that a load along the stroke is made of: a weight over half a turn leaves a
-millionth."""
+_POWERS: Final = 2
+"""Of the position, that a load along the stroke is made of: what it is at both ends, where a motion
+to and fro turns."""
 _SPEEDS: Final = 48
 """Classes of speed in which the filter's response to a wave of position is computed."""
 
