@@ -112,11 +112,14 @@ class WideSignals:
 
     @cached_property
     def loads(self) -> Array:
-        """Powers of the position (D, N), of which a load along the stroke is made.
+        """Powers of the position (D, N), of which a load along the stroke is made; none (0, N)
+        where no sample is left out.
 
         A weight or a spring goes on through a reversal. Where the weights leave it out there, what
         lies above the cut-off looks like waves of the position.
         """
+        if np.all(self.weight == 1.0):
+            return np.empty((0, len(self.position)))
         low, high = float(np.min(self.position)), float(np.max(self.position))
         place = (2.0 * self.position - low - high) / max(high - low, _TINY)
         return np.asarray(chebvander(place, _POWERS)[:, 1:].T)
