@@ -15,6 +15,7 @@ from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import cosine_and_sine
 
 
 class DisturbanceEvent(Effect):
@@ -31,7 +32,7 @@ class DisturbanceEvent(Effect):
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
         share = np.clip((at.time_s - values["time"]) / values["duration"], 0.0, 1.0)
-        pulse = np.sin(np.pi * share) ** 2
+        pulse = cosine_and_sine(np.pi * share)[1] ** 2
         return np.asarray(values["level"] * pulse * (values["clock"] == at.clock))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
