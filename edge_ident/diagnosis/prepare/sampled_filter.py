@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_TOGETHER: Final = 16
-"""Wanted samples of a frame. Of more, the matrices hold many zeros; of fewer, they are narrow."""
+_TOGETHER: Final = 12
+"""Wanted samples of a frame. Of more, the matrix holds many zeros; of fewer, it is narrow."""
 _CACHED: Final = 65536
 """Numbers that are filtered at once, in a processor's cache."""
 
