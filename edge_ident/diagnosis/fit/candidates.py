@@ -33,7 +33,7 @@ _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
 _ROW_LIMIT: Final = 250_000
 """Samples computed at once: a few arrays of them fit a processor's cache."""
-_MORE: Final = 8
+_MORE: Final = 6
 """Times more of what is integrated: each instant takes its calls of numpy, for few as for many.
 They fit a small board's memory."""
 _FEWER: Final = 2
@@ -47,6 +47,10 @@ class Candidate:
     effect: str
     form: Form
     source: str | None = None
+
+    def __hash__(self) -> int:
+        # asked for in every search of what was computed before: so without all that a form has
+        return hash((self.effect, self.form.linear, self.form.nonlinear, self.source))
 
     @property
     def parameter_count(self) -> int:

@@ -29,8 +29,8 @@ class SampledFilter:
         Of the impulse response to either side; the record is reflected at its ends.
     begin : int
         First sample that is needed; below zero where it is a reflected one.
-    fill : int
-        Zeros after the last sample that is needed, to the end of a frame.
+    frames : int
+        Into which the record is cut.
     matrix : (frame, parts, together) array
         The filter at the samples of a frame, by what this frame and those after it hold.
     places : (n,) array of int
@@ -40,7 +40,7 @@ class SampledFilter:
     weight: Array
     reach: int
     begin: int
-    fill: int
+    frames: int
     matrix: Array
     places: NDArray[np.intp]
 
@@ -62,14 +62,14 @@ class SampledFilter:
         places = (sample_index - sample_index[0]) // step
         frame, reach = _TOGETHER * step, len(response) // 2
         parts = -(-(len(response) + frame - step) // frame)
-        matrix = np.zeros((parts * frame, _TOGETHER))
-        for k, column in enumerate(matrix.T):
+        stacked = np.zeros((parts * frame, _TOGETHER))
+        for k, column in enumerate(stacked.T):
             column[k * step : k * step + len(response)] = response
         begin = int(sample_index[0]) - reach
         needed = len(weight) + reach - begin
         frames = max(-(-needed // frame), int(places[-1]) // _TOGETHER + parts)
-        matrix = matrix.reshape(parts, frame, -1).swapaxes(0, 1).copy()
-        return cls(weight, reach, begin, frames * frame - needed, matrix, places)
+        matrix = stacked.reshape(parts, frame, -1).swapaxes(0, 1).copy()
+        return cls(weight, reach, begin, frames, matrix, places)
 
     def __call__(self, signals: Array) -> Array:
         """Signals (..., N), weighted and filtered, at the samples (..., n)."""
@@ -82,16 +82,19 @@ class SampledFilter:
 
     def _of_few(self, signals: Array) -> Array:
         """The same of signals (D, N) that a cache holds."""
-        weighted = signals * self.weight
-        before = weighted[:, max(-self.begin, 0) : 0 : -1]
-        after = weighted[:, -2 : -self.reach - 2 : -1]
-        fill = np.zeros((len(signals), self.fill))
-        record = np.concatenate([before, weighted[:, max(self.begin, 0) :], after, fill], axis=1)
         frame, parts, together = self.matrix.shape
+        reflected, unneeded = max(-self.begin, 0), max(self.begin, 0)
+        last = reflected + len(self.weight) - unneeded
+        record = np.empty((len(signals), self.frames * frame))
+        weighted = record[:, reflected:last]
+        np.multiply(signals[:, unneeded:], self.weight[unneeded:], out=weighted)
+        record[:, :reflected] = weighted[:, reflected:0:-1]
+        record[:, last : last + self.reach] = weighted[:, -2 : -self.reach - 2 : -1]
+        record[:, last + self.reach :] = 0.0
         added = record.reshape(-1, frame) @ self.matrix.reshape(frame, -1)
         added = added.reshape(len(signals), -1, parts, together)
-        count = added.shape[1] - parts + 1
+        count = self.frames - parts + 1
         found = added[:, :count, 0]
         for k in range(1, parts):
             found = found + added[:, k : k + count, k]
-        return found.reshape(len(signals), -1)[:, self.places]
+        return np.asarray(found.reshape(len(signals), -1)[:, self.places])
