@@ -34,8 +34,7 @@ _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 _ROW_LIMIT: Final = 250_000
 """Samples computed at once: a few arrays of them fit a processor's cache."""
 _MORE: Final = 6
-"""Times more of what is integrated: each instant takes its calls of numpy, for few as for many.
-They fit a small board's memory."""
+"""Times more of what is integrated: an instant takes as many calls of numpy for few as for many."""
 _FEWER: Final = 2
 """Times fewer where others are computed along with them: many arrays take their room."""
 
@@ -49,7 +48,6 @@ class Candidate:
     source: str | None = None
 
     def __hash__(self) -> int:
-        # asked for in every search of what was computed before: so without all that a form has
         return hash((self.effect, self.form.linear, self.form.nonlinear, self.source))
 
     @property
