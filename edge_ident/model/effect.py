@@ -159,7 +159,12 @@ class Effect:
 
     def overrides(self, hook: str) -> bool:
         """Whether the effect acts through this hook."""
-        return getattr(type(self), hook) is not getattr(Effect, hook)
+        return hook in self._overridden
+
+    @cached_property
+    def _overridden(self) -> frozenset[str]:
+        own = (name for name in vars(Effect) if callable(getattr(Effect, name)))
+        return frozenset(n for n in own if getattr(type(self), n) is not getattr(Effect, n))
 
     # ---- what the axis resists with
 

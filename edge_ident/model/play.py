@@ -75,21 +75,20 @@ def pushed_load(
     middle, moving = 0.5 * (drive[1:] + drive[:-1]), 0.5 * np.diff(drive, axis=0)
     pushed = np.empty((len(drive), *shape))
     _integrate(pushed, middle, moving, position, speed, steps)
-    pushed[-1] = pushed[-2]
-    pushed[1:-1] = 0.5 * (pushed[:-2] + pushed[1:-1])
-    pushed /= 0.5 * step_s**2
+    pushed /= step_s**2
     return np.moveaxis(pushed, 0, -1)
 
 
 def _integrate(
     pushed: Array, middle: Array, moving: Array, position: Array, speed: Array, steps: _Steps
 ) -> None:
-    """Let the loads move on, and write what pushes them in each step. It is called often, and on
-    few loads: so nothing is allocated in a step."""
+    """Let the loads move on, and write what pushes them in the steps before and after each sample,
+    added up. It is called often, and on few loads: so nothing is allocated in a step."""
     kept, fallen, stiff, damped, half, friction = steps
     least, slowest = -half, -friction
-    ahead, depth, part, pulls = (np.empty_like(speed) for _ in range(4))
-    for push, between, quick in zip(pushed, middle, moving, strict=False):
+    ahead, depth, part, pulls, push, before = (np.empty_like(speed) for _ in range(6))
+    before.fill(0.0)
+    for both, between, quick in zip(pushed, middle, moving, strict=False):
         np.multiply(kept, speed, out=ahead)
         ahead += fallen  # in the middle of the step, without a contact
         np.subtract(between, position, out=depth)
@@ -99,6 +98,7 @@ def _integrate(
         push *= damped
         push += np.multiply(stiff, depth, out=part)
         np.putmask(push, np.multiply(push, depth, out=pulls) <= 0.0, 0.0)
+        np.add(before, push, out=both)
         ahead += ahead
         ahead -= speed
         ahead += push  # at the end of the step, without dry friction
@@ -106,6 +106,9 @@ def _integrate(
         speed += ahead
         position += speed
         speed, ahead = ahead, speed
+        push, before = before, push
+    pushed[0] += pushed[0]  # at an end, the only step counts twice
+    np.add(before, before, out=pushed[-1])
 
 
 def _resolved(values: Values, step_s: float) -> Array:

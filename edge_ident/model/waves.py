@@ -7,17 +7,19 @@ Array = NDArray[np.float64]
 
 
 def wave(angle: Array, cosine: Array, sine: Array) -> Array:
-    """cosine·cos(angle) + sine·sin(angle).
-
-    A search asks for one amplitude after the other. One that is zero throughout costs nothing.
-    """
+    """cosine·cos(angle) + sine·sin(angle). One without amplitude costs nothing."""
     if not (sine.any() or cosine.any()):
         return np.zeros(())
-    if not sine.any():
-        return np.asarray(cosine * np.cos(angle))
-    if not cosine.any():
-        return np.asarray(sine * np.sin(angle))
-    return np.asarray(cosine * np.cos(angle) + sine * np.sin(angle))
+    half = np.tan(0.5 * angle)
+    return np.asarray((2.0 * cosine + 2.0 * sine * half) / (1.0 + half * half) - cosine)
+
+
+def cosine_and_sine(angle: Array) -> tuple[Array, Array]:
+    """Both, from the tangent of half the angle: numpy computes that several times as fast as either
+    where the processor has wide vectors, and as fast as both where it has not."""
+    half = np.tan(0.5 * angle)
+    share = 2.0 / (1.0 + half * half)
+    return share - 1.0, half * share
 
 
 def bump(position: Array, size: Array, place: Array, width: Array) -> Array:

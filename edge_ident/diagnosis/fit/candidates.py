@@ -31,9 +31,11 @@ _ROUNDING: Final = 1e-11
 """Relative change of an effort that is rounding."""
 _NOTHING: Final = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
 """A base term without effort."""
-_ROW_LIMIT: Final = 1_000_000
-"""Samples computed at once: they fit a processor's cache and a small board's memory."""
-_FEWER: Final = 8
+_ROW_LIMIT: Final = 250_000
+"""Samples computed at once: a few arrays of them fit a processor's cache."""
+_MORE: Final = 6
+"""Times more of what is integrated: an instant takes as many calls of numpy for few as for many."""
+_FEWER: Final = 2
 """Times fewer where others are computed along with them: many arrays take their room."""
 
 
@@ -44,6 +46,9 @@ class Candidate:
     effect: str
     form: Form
     source: str | None = None
+
+    def __hash__(self) -> int:
+        return hash((self.effect, self.form.linear, self.form.nonlinear, self.source))
 
     @property
     def parameter_count(self) -> int:
@@ -266,7 +271,8 @@ def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear:
     values = {name: np.atleast_1d(value) for name, value in nonlinear.items()}
     count = len(next(iter(values.values()))) if values else 1
     linear = candidate.form.linear
-    batch = max(1, _ROW_LIMIT // data.samples)
+    limit = _ROW_LIMIT * (_MORE if named(candidate.effect).memory_size else 1)
+    batch = max(1, limit // data.samples)
     result = np.empty((count, max(len(linear), 1), len(data.effort)))
     axis = _beside(axis, candidate)
     present: Array | float = 0.0

@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
+from edge_ident.model.waves import cosine_and_sine
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
 from edge_ident.signals.motion_lines import driven, motion_lines
 
@@ -88,6 +89,8 @@ def _of_recording(
     own[:1] = own[-1:] = False
     compared_s = time_s[segment.sample_index[segment.valid]]
     angle = 2.0 * np.pi * frequency_hz[:, None] * compared_s
+    waves = np.empty(angle.shape, dtype=np.complex64)
+    waves.real, waves.imag = cosine_and_sine(-angle)
     place = {"begin": begin_s, "end": end_s, "clock": float(segment.motion.clock)}
     grid = {name: np.full(len(frequency_hz), value) for name, value in place.items()}
-    return {"frequency": frequency_hz, **grid}, np.exp(-1j * angle).astype(np.complex64), own
+    return {"frequency": frequency_hz, **grid}, waves, own

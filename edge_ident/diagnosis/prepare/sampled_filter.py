@@ -4,39 +4,44 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
-import scipy.sparse
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_TOGETHER: Final = 16
-"""Neighbouring samples that are computed by one dense matrix. Their impulse responses overlap
-nearly all; of many more they would not."""
-_FEW: Final = 4
-"""Signals up to which all parts of the record are copied and multiplied in one call: one call for
-each part takes longer than its sums."""
+_TOGETHER: Final = 12
+"""Wanted samples of a frame. Of more, the matrix holds many zeros; of fewer, it is narrow."""
+_CACHED: Final = 65536
+"""Numbers that are filtered at once, in a processor's cache."""
 
 
 @dataclass(frozen=True)
 class SampledFilter:
     """Weights a record of N samples, and filters it at n of them.
 
+    The record is cut into frames. What each frame adds to the samples in it and in those before it
+    is one product of matrices, the same for all frames.
+
     Attributes
     ----------
-    begins : (B,) array of int
-        Where each part of the record begins, all of the same length.
-    matrices : (B, part, rows) array
-        The filter at a few samples of each part; zero where a part has fewer than the others.
-    ends : (B,) array of int
-        Where what each matrix needs of its part ends.
+    weight : (N,) array
+        What the record is multiplied by before.
+    reach : int
+        Of the impulse response to either side; the record is reflected at its ends.
+    begin : int
+        First sample that is needed; below zero where it is a reflected one.
+    frames : int
+        Into which the record is cut.
+    matrix : (frame, parts, together) array
+        The filter at the samples of a frame, by what this frame and those after it hold.
     places : (n,) array of int
-        Of the wanted samples among all B·rows.
+        Of the wanted samples among those of all frames.
     """
 
-    begins: NDArray[np.intp]
-    matrices: Array
-    ends: NDArray[np.intp]
+    weight: Array
+    reach: int
+    begin: int
+    frames: int
+    matrix: Array
     places: NDArray[np.intp]
 
     @classmethod
@@ -48,50 +53,48 @@ class SampledFilter:
         response : (2·reach + 1,) array
             Symmetric; the record is reflected at its ends.
         sample_index : (n,) array of int
-            Samples that are wanted, in their order.
+            Samples that are wanted, in their order; it is quick where they are evenly spaced, but
+            for gaps.
         weight : (N,) array
             What the record is multiplied by before.
         """
-        reach, last = len(response) // 2, len(weight) - 1
-        at = np.abs(sample_index[:, None] + np.arange(-reach, reach + 1))
-        at = last - np.abs(last - at)
-        rows = np.repeat(np.arange(len(sample_index)), len(response))
-        entries = (np.tile(response, len(sample_index)) * weight[at.ravel()], (rows, at.ravel()))
-        whole = scipy.sparse.csr_array(entries, shape=(len(sample_index), len(weight)))
-        pieces = _pieces(sample_index, reach)
-        length = max(int(np.ptp(at[piece])) for piece in pieces) + 1
-        begins = np.array([min(int(at[p].min()), len(weight) - length) for p in pieces])
-        ends = np.array([int(at[piece].max()) + 1 for piece in pieces])
-        matrices = np.zeros((len(pieces), length, _TOGETHER))
-        for matrix, piece, first in zip(matrices, pieces, begins, strict=True):
-            matrix[:, : len(at[piece])] = whole[piece, first : first + length].toarray().T
-        places = [k * _TOGETHER + np.arange(len(at[p])) for k, p in enumerate(pieces)]
-        return cls(begins, matrices, ends, np.concatenate(places))
+        step = max(int(np.gcd.reduce(np.diff(sample_index))), 1)
+        places = (sample_index - sample_index[0]) // step
+        frame, reach = _TOGETHER * step, len(response) // 2
+        parts = -(-(len(response) + frame - step) // frame)
+        stacked = np.zeros((parts * frame, _TOGETHER))
+        for k, column in enumerate(stacked.T):
+            column[k * step : k * step + len(response)] = response
+        begin = int(sample_index[0]) - reach
+        needed = len(weight) + reach - begin
+        frames = max(-(-needed // frame), int(places[-1]) // _TOGETHER + parts)
+        matrix = stacked.reshape(parts, frame, -1).swapaxes(0, 1).copy()
+        return cls(weight, reach, begin, frames, matrix, places)
 
     def __call__(self, signals: Array) -> Array:
         """Signals (..., N), weighted and filtered, at the samples (..., n)."""
         flat = signals.reshape(-1, signals.shape[-1])
-        blocks, length, rows = self.matrices.shape
-        if len(flat) <= _FEW:
-            parts = sliding_window_view(flat, length, axis=-1)[:, self.begins]
-            found = (parts.swapaxes(0, 1) @ self.matrices).swapaxes(0, 1)
-        else:
-            found = np.empty((len(flat), blocks, rows))
-            for k, (first, end) in enumerate(zip(self.begins, self.ends, strict=True)):
-                found[:, k] = flat[:, first:end] @ self.matrices[k, : end - first]
-        found = found.reshape(len(flat), -1)
-        if len(self.places) < found.shape[1]:
-            found = found[:, self.places]
+        found = np.empty((len(flat), len(self.places)))
+        count = max(1, _CACHED // flat.shape[1])
+        for first in range(0, len(flat), count):
+            found[first : first + count] = self._of_few(flat[first : first + count])
         return found.reshape(*signals.shape[:-1], -1)
 
-
-def _pieces(sample_index: NDArray[np.intp], reach: int) -> list[slice]:
-    """A few neighbouring samples each; none across a gap that the filter does not reach over."""
-    gaps = np.flatnonzero(np.diff(sample_index) > reach) + 1
-    ends = np.array([*gaps, len(sample_index)])
-    pieces, first = [], 0
-    for end in ends:
-        while first < end:
-            pieces.append(slice(first, min(first + _TOGETHER, int(end))))
-            first = pieces[-1].stop
-    return pieces
+    def _of_few(self, signals: Array) -> Array:
+        """The same of signals (D, N) that a cache holds."""
+        frame, parts, together = self.matrix.shape
+        reflected, unneeded = max(-self.begin, 0), max(self.begin, 0)
+        last = reflected + len(self.weight) - unneeded
+        record = np.empty((len(signals), self.frames * frame))
+        weighted = record[:, reflected:last]
+        np.multiply(signals[:, unneeded:], self.weight[unneeded:], out=weighted)
+        record[:, :reflected] = weighted[:, reflected:0:-1]
+        record[:, last : last + self.reach] = weighted[:, -2 : -self.reach - 2 : -1]
+        record[:, last + self.reach :] = 0.0
+        added = record.reshape(-1, frame) @ self.matrix.reshape(frame, -1)
+        added = added.reshape(len(signals), -1, parts, together)
+        count = self.frames - parts + 1
+        found = added[:, :count, 0]
+        for k in range(1, parts):
+            found = found + added[:, k : k + count, k]
+        return np.asarray(found.reshape(len(signals), -1)[:, self.places])

@@ -15,6 +15,7 @@ from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import cosine_and_sine
 
 
 class DisturbanceEvent(Effect):
@@ -30,9 +31,11 @@ class DisturbanceEvent(Effect):
 
     def load(self, at: Motion, values: Values) -> Array:
         """A pulse in time."""
-        share = np.clip((at.time_s - values["time"]) / values["duration"], 0.0, 1.0)
-        pulse = np.sin(np.pi * share) ** 2
-        return np.asarray(values["level"] * pulse * (values["clock"] == at.clock))
+        share = np.asarray((at.time_s - values["time"]) / values["duration"])
+        during = (share > 0.0) & (share < 1.0)
+        pulse = np.zeros(share.shape)
+        pulse[during] = cosine_and_sine(np.pi * share[during])[1] ** 2
+        return np.asarray(values["level"] * (values["clock"] == at.clock) * pulse)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Rate of the pulse itself."""

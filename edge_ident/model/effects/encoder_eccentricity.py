@@ -16,6 +16,7 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
+from edge_ident.model.waves import cosine_and_sine
 
 _ITERATIONS: Final = 5
 """Most steps of Newton's method; errors that keep the reading increasing need fewer."""
@@ -79,7 +80,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
     """The error, and its first and second derivative by position."""
     rate = 2.0 * np.pi / values["period"]
-    cosine, sine = np.cos(rate * position), np.sin(rate * position)
+    cosine, sine = cosine_and_sine(rate * position)
     error = values["cosine"] * cosine + values["sine"] * sine
     slope = rate * (values["sine"] * cosine - values["cosine"] * sine)
     return error, slope, -(rate**2) * error
