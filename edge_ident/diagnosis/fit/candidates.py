@@ -47,9 +47,6 @@ class Candidate:
     form: Form
     source: str | None = None
 
-    def __hash__(self) -> int:
-        return hash((self.effect, self.form.linear, self.form.nonlinear, self.source))
-
     @property
     def parameter_count(self) -> int:
         """Number of free parameters."""

@@ -93,11 +93,20 @@ def selected_deeper(selected: Selected) -> Selected:
     samples = float(np.count_nonzero(search.data.valid))
     deep = replace(search.with_samples(samples), deep=True)
     again = select_forward(deep, selected.start)
-    if again.model.terms == selected.grown.terms:
+    if _same(again.model, selected.grown):
         return selected
     found = _with_hidden_events(_eliminated(again, selected.start))
-    same = found.supported.model.terms == selected.supported.model.terms
-    return selected if same else found
+    return selected if _same(found.supported.model, selected.supported.model) else found
+
+
+def _same(model: FittedModel, other: FittedModel) -> bool:
+    """Whether two models have the same terms, their nonlinear parameters but for rounding."""
+    pairs = zip(model.terms, other.terms, strict=False)
+    return len(model.terms) == len(other.terms) and all(
+        t.candidate == o.candidate
+        and np.allclose([*t.nonlinear.values()], [*o.nonlinear.values()], atol=0.0)
+        for t, o in pairs
+    )
 
 
 def _selected(search: Search, start: FittedModel) -> Selected:
