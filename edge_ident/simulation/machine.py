@@ -83,6 +83,8 @@ class Machine:
             [part.effect.overrides(hook) for part in parts.all]
             for hook in ("transmitted", "load", "friction", "inertia", "rates")
         )
+        losing = any(part.effect.follows_base for part in parts.all)
+        self._carried = [losing and part.effect.carried for part in parts.all]
         self._crossings = [part.effect.overrides("cross_inertia") for part in parts.all]
         self._crossed = any(self._crossings)
         self._base_friction = np.maximum(parts.base["coulomb_friction"], 0.0)
@@ -213,12 +215,8 @@ class Machine:
         of_parts = list(zip(self._parts.all, seen, strict=True))
         for part, one in compress(of_parts, self._springs):
             push[part.axis] += part.effect.transmitted(one, part.values) - one.driven
-        carried = self._zero.copy()
         for part, one in compress(of_parts, self._loads):
-            load = part.effect.load(one, part.values)
-            push[part.axis] -= load
-            if part.effect.carried:
-                carried[part.axis] += load
+            push[part.axis] -= part.effect.load(one, part.values)
         if any(self._inertias):
             inertia = inertia.copy()
         for part, one in compress(of_parts, self._inertias):
@@ -226,11 +224,14 @@ class Machine:
         if any(self._frictions):
             inertia_effort = push - direction * friction
             friction_effort = base["viscous_friction"] * velocity + direction * friction
+            transmitted = inertia_effort + base["offset"]
+            for part, one in compress(of_parts, self._carried):
+                transmitted[part.axis] += part.effect.load(one, part.values)
             friction = friction.copy()
         for part, one in compress(of_parts, self._frictions):
             one = replace(
                 one,
-                transmitted=(inertia_effort + base["offset"] + carried)[part.axis],
+                transmitted=transmitted[part.axis],
                 inertia_effort=inertia_effort[part.axis],
                 friction_effort=friction_effort[part.axis],
             )
