@@ -36,8 +36,6 @@ _POWERS: Final = 2
 to and fro turns."""
 _SPEEDS: Final = 48
 """Classes of speed in which the filter's response to a wave of position is computed."""
-
-
 _TINY: Final = float(np.finfo(float).tiny)
 
 

@@ -88,11 +88,10 @@ def search(wide: WideSignals) -> list[Peak]:
     Strong orders bias the inertia that their search subtracts, so they are searched twice.
     """
     peaks: list[Peak] = []
+    slow = np.concatenate([wide.friction_above, wide.white_loads_above])
     for most in (_STRONG, _MOST):
         mass = inertia(wide, columns(wide, peaks))
-        left = wide.white_above(wide.effort - mass * wide.acceleration)
-        slow = np.concatenate([wide.friction_above, wide.white_loads_above])
-        left = left_beside(slow, left)
+        left = left_beside(slow, wide.white_above(wide.effort - mass * wide.acceleration))
         peaks = _pursuit(wide, left[None], [], most, white=True)
         if not peaks:
             break
