@@ -249,10 +249,11 @@ class Search:
             apart = without.union(c.effect for c in following)
             scored = of.score_library(self.library, self.grids, apart)
             coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in scored]
-            for candidate in following:
-                if candidate.effect not in without:
-                    points = self.library.points[candidate]
-                    coarse.append(of.score(candidate, points, self.grids[candidate]))
+            coarse += [
+                of.score(c, self.library.points[c], self.grids[c])
+                for c in following
+                if c.effect not in without
+            ]
             strongest = self.spectrum.strongest(of.residual)
             if strongest["frequency"].size and VIBRATION.effect not in without:
                 grid = self.grids[VIBRATION]

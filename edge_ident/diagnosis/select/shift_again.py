@@ -12,7 +12,9 @@ imitates a shift of the rest. It is wrong in two ways:
   soon as these decide it, because what the search finds at a wrong shift is of no use.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from operator import is_
 
 import numpy as np
@@ -21,6 +23,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, f
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.prepare.timing import MOST_MOVES, at_best_fit, moved_beside, untold
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
@@ -45,11 +48,8 @@ def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisDat
         return data
     if not all(map(untold, data.segments)) and _adequate(data, known, tolerance):
         return data
-    segments = tuple(map(at_best_fit, data.segments))
-    if all(map(is_, segments, data.segments)):
-        return data
-    moved = data.with_efforts_of(segments)
-    return moved if _adequate(moved, known, tolerance) else data
+    moved = _moved(data, at_best_fit)
+    return moved if moved is not data and _adequate(moved, known, tolerance) else data
 
 
 def data_beside_causes(selected: Selected) -> AxisData | None:
@@ -72,7 +72,7 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
         return None
     best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
     for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
-        moved, model = _moved(data, start, beside)
+        moved, model = _moved_beside(data, start, beside)
         value = replace(search.criterion, data=moved).value(model)
         if moved is not data and value < best:
             best, found = value, moved
@@ -84,10 +84,10 @@ def in_step_beside(data: AxisData, axis: AxisModel) -> AxisData:
     if data.late or delayed(axis):
         return data
     for _ in range(MOST_MOVES):
-        segments = tuple(moved_beside(segment, axis) for segment in data.segments)
-        if all(map(is_, segments, data.segments)):
+        moved = _moved(data, partial(moved_beside, axis=axis))
+        if moved is data:
             break
-        data = data.with_efforts_of(segments)
+        data = moved
     return data
 
 
@@ -99,15 +99,20 @@ def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:
     return not structure_left(left, floor.rms, floor.uncertainty, 0.0, tolerance * scale, scale)
 
 
-def _moved(
+def _moved(data: AxisData, move: Callable[[Segment], Segment]) -> AxisData:
+    """The data with every recording moved in time; itself where none moves."""
+    segments = tuple(map(move, data.segments))
+    return data if all(map(is_, segments, data.segments)) else data.with_efforts_of(segments)
+
+
+def _moved_beside(
     data: AxisData, start: FittedModel, beside: tuple[FittedTerm, ...]
 ) -> tuple[AxisData, FittedModel]:
     """The data with every effort in step beside some causes, and the model of these."""
     model = fit(data, start.template, start.base, beside)
     for _ in range(MOST_MOVES):
-        segments = tuple(moved_beside(segment, model.axis) for segment in data.segments)
-        if all(map(is_, segments, data.segments)):
+        moved = _moved(data, partial(moved_beside, axis=model.axis))
+        if moved is data:
             break
-        data = data.with_efforts_of(segments)
-        model = fit(data, start.template, model.base, beside)
+        data, model = moved, fit(moved, start.template, model.base, beside)
     return data, model
