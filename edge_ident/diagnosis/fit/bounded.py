@@ -22,14 +22,12 @@ class Bounded:
 
     Attributes
     ----------
-    solution, unbounded : (P,) arrays
-        Inside the bounds; and without them, but for what they fix.
+    solution : (P,) array
     free : (P,) array of bool
         False at a bound that holds the parameter back.
     """
 
     solution: Array
-    unbounded: Array
     free: NDArray[np.bool_]
 
 
@@ -64,12 +62,12 @@ def solve_within(regressor: Array, target: Array, low: Array, high: Array) -> Bo
     target = target - regressor @ found
     unit, length = unit_length(regressor[:, open_])
     triangular, reduced = _reduced(unit, target)
-    free_optimum = np.linalg.lstsq(triangular, reduced, rcond=_RANK)[0] / length
-    unbounded, free = found.copy(), open_.copy()
-    unbounded[open_] = free_optimum
+    optimum = np.linalg.lstsq(triangular, reduced, rcond=_RANK)[0] / length
+    free = open_.copy()
     low, high = low[open_], high[open_]
-    if np.all((free_optimum >= low) & (free_optimum <= high)):
-        return Bounded(unbounded, unbounded, free)
+    if np.all((optimum >= low) & (optimum <= high)):
+        found[open_] = optimum
+        return Bounded(found, free)
     ridge = _RIDGE * np.eye(len(length))
     inside = scipy.optimize.lsq_linear(
         np.vstack([triangular, ridge]),
@@ -80,7 +78,7 @@ def solve_within(regressor: Array, target: Array, low: Array, high: Array) -> Bo
     # rounding must not leave the bounds
     found[open_] = np.clip(inside.x / length, low, high)
     free[open_] = inside.active_mask == 0
-    return Bounded(found, unbounded, free)
+    return Bounded(found, free)
 
 
 def _reduced(regressor: Array, target: Array) -> tuple[Array, Array]:

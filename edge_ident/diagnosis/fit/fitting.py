@@ -75,8 +75,6 @@ class FittedModel:
         Parameters that no bound holds.
     error : float
         Sum of squared residuals over the valid samples.
-    unbounded : (P,) array
-        Linear parameters at which the least squares ends without bounds.
     """
 
     axis: AxisModel
@@ -87,7 +85,6 @@ class FittedModel:
     derivatives: Array
     free: NDArray[np.bool_]
     error: float
-    unbounded: Array
 
     @cached_property
     def key(self) -> Hashable:
@@ -204,7 +201,6 @@ def _fit_in_steps(
         jacobian,
         step.free,
         float(residual @ residual),
-        present + step.unbounded,
     )
 
 
@@ -243,7 +239,6 @@ def _fit_additive(
         jacobian,
         found.free,
         float(residual @ residual),
-        found.unbounded,
     )
 
 

@@ -92,7 +92,6 @@ def _without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) ->
         derivatives=fitted.derivatives[:, columns],
         free=fitted.free[columns],
         error=float(residual @ residual),
-        unbounded=fitted.unbounded[columns],
     )
 
 
