@@ -11,6 +11,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
+    Details,
     ModelFile,
     ResultOptions,
     check_no_run,
@@ -84,6 +85,7 @@ def diagnose(
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",
     reading: FileOptions,
+    details: Details = False,
     results: ResultOptions,
 ) -> None:
     """Find out what the base model gets wrong, and extend it by the physical causes.
@@ -100,14 +102,9 @@ def diagnose(
         recordings = [reading.read(file) for file in files]
         held_out = reading.read(validate) if validate else None
         found = edge_ident.diagnose(
-            recordings,
-            model=known,
-            validate=held_out,
-            tolerance=tolerance,
-            stability=stability,
-            keep_minor=keep_minor,
-            on_progress=bars.show,
-        )
+            recordings, model=known, validate=held_out, tolerance=tolerance, stability=stability,
+            keep_minor=keep_minor, on_progress=bars.show,
+        )  # fmt: skip
     folder, model_file = results.output, None
     if folder:
         model_file = save_result_model(found.model, files, folder, known)
@@ -118,6 +115,6 @@ def diagnose(
             written = report.write_page(found, source, folder, model_file)
         say(f"written: {written}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
-    results.show(found)
+    results.show(report.diagnosis_answer(found, details=details))
     if not found.understood:
         raise typer.Exit(UNTRUSTED)

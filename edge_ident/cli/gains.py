@@ -13,6 +13,7 @@ from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     Bandwidth,
+    Details,
     DriveFile,
     ModelFile,
     NetworkOptions,
@@ -26,6 +27,7 @@ _HELP: Final = """Design gains from a recording (gains FILE), or manage the gain
 
 Example: `edge-ident gains capture.npz --bandwidth 12`
 """
+_NEXT: Final = "--output writes the gains to a file, and edge-ident gains stage to a board"
 ControlDelay = Annotated[
     float,
     typer.Option(
@@ -64,6 +66,7 @@ def design(
     network: NetworkOptions,
     model: ModelFile = None,
     no_diagnose: NoDiagnose = False,
+    details: Details = False,
     results: ResultOptions,
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
@@ -82,7 +85,7 @@ def design(
         )  # fmt: skip
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")
-        results.show(found)
+        _show(found, results, details=details)
         if not results.json:
             say("no gains were designed: the parameters are not trusted")
         raise typer.Exit(UNTRUSTED)
@@ -91,8 +94,14 @@ def design(
         at_s=max(axis.end_s for axis in found.axes.values()),
     )  # fmt: skip
     results.deliver(report.gains_document(found, designs.axes), "gains.json")
-    results.show(found)
+    _show(found, results, details=details)
     results.show(designs)
     if results.output and not results.json:
         file = results.output / "gains.json"
         say(f"written: {file}; write them to a board with: edge-ident gains stage {file}")
+
+
+def _show(found: edge_ident.Identification, results: ResultOptions, *, details: bool) -> None:
+    if not results.json:
+        view = report.identification_answer(found, details=details, without_findings=_NEXT)
+        report.show(view)

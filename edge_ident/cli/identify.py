@@ -7,6 +7,7 @@ from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.options import (
+    Details,
     ModelFile,
     NetworkOptions,
     NoDiagnose,
@@ -32,6 +33,7 @@ def identify(
     model: ModelFile = None,
     seed: Seed = 0,
     no_diagnose: NoDiagnose = False,
+    details: Details = False,
     results: ResultOptions,
 ) -> None:
     """Identify the parameters of every axis in a recording.
@@ -55,6 +57,7 @@ def identify(
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)
     results.deliver(report.identification_document(found), "identification.json")
-    results.show(found)
+    if not results.json:
+        report.show(report.identification_answer(found, details=details))
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -38,6 +38,13 @@ def result_folder(path: str) -> Path:
 Json = Annotated[
     bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
 ]
+Details = Annotated[
+    bool,
+    typer.Option(
+        "--details",
+        help="Print all numbers and remarks below the answer; --json and the page have them, too.",
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(

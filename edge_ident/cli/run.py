@@ -16,6 +16,7 @@ from edge_ident.cli.motion_options import Cycles, MotionName, periods
 from edge_ident.cli.options import (
     Bandwidth,
     BoardOptions,
+    Details,
     ModelFile,
     NetworkOptions,
     NoDiagnose,
@@ -129,6 +130,7 @@ def run(
     seed: Seed = 0,
     no_diagnose: NoDiagnose = False,
     faults: HideOptions,
+    details: Details = False,
     results: ResultOptions,
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by a motion.
@@ -166,7 +168,7 @@ def run(
             deliver(document, "report.json", folder, results.json)
         finally:  # also where the disk is full
             if not results.json:  # then rich is not loaded, 2 MiB
-                report.show(report.outcome_view(outcome))
+                report.show(report.outcome_view(outcome, details=details))
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")

@@ -9,6 +9,8 @@ from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.present.document import diagnosis_document
+    from edge_ident.report.answer import identification_answer
+    from edge_ident.report.answer_of_diagnosis import diagnosis_answer
     from edge_ident.report.comparison_tables import comparison_document
     from edge_ident.report.documents import (
         gains_document,
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.page.survey_page import write_survey_page
     from edge_ident.report.plan_tables import plan_document, plan_next_step
+    from edge_ident.report.profile_tables import profile_view
     from edge_ident.report.register_tables import register_lines, registers_document, values_text
     from edge_ident.report.run_documents import (
         capture_document,
@@ -41,7 +44,7 @@ if TYPE_CHECKING:
         run_document,
     )
     from edge_ident.report.run_figure import draw_run
-    from edge_ident.report.run_tables import outcome_view, profile_view
+    from edge_ident.report.run_tables import outcome_view
     from edge_ident.report.survey_tables import survey_document, write_survey_tables
     from edge_ident.report.waterfall import save_waterfall
     from edge_ident.support.json_text import to_json, write_json
@@ -51,6 +54,7 @@ __all__ = [
     "Provenance",
     "capture_document",
     "comparison_document",
+    "diagnosis_answer",
     "diagnosis_document",
     "draw_run",
     "drive_document",
@@ -62,6 +66,7 @@ __all__ = [
     "hold_document",
     "home_document",
     "home_lines",
+    "identification_answer",
     "identification_document",
     "import_document",
     "inspection_lines",
@@ -97,6 +102,7 @@ __getattr__ = lazy_names(
         "Provenance": "edge_ident.report.page.provenance",
         "capture_document": "edge_ident.report.run_documents",
         "comparison_document": "edge_ident.report.comparison_tables",
+        "diagnosis_answer": "edge_ident.report.answer_of_diagnosis",
         "diagnosis_document": "edge_ident.diagnosis.present.document",
         "draw_run": "edge_ident.report.run_figure",
         "drive_document": "edge_ident.report.drive_report",
@@ -108,6 +114,7 @@ __getattr__ = lazy_names(
         "hold_document": "edge_ident.report.run_documents",
         "home_document": "edge_ident.report.run_documents",
         "home_lines": "edge_ident.report.run_documents",
+        "identification_answer": "edge_ident.report.answer",
         "identification_document": "edge_ident.report.documents",
         "import_document": "edge_ident.report.import_report",
         "inspection_lines": "edge_ident.report.import_report",
@@ -115,7 +122,7 @@ __getattr__ = lazy_names(
         "plan_document": "edge_ident.report.plan_tables",
         "plan_next_step": "edge_ident.report.plan_tables",
         "profile_document": "edge_ident.report.run_documents",
-        "profile_view": "edge_ident.report.run_tables",
+        "profile_view": "edge_ident.report.profile_tables",
         "recording_lines": "edge_ident.report.import_report",
         "register_lines": "edge_ident.report.register_tables",
         "registers_document": "edge_ident.report.register_tables",

@@ -1,43 +1,139 @@
-"""A run and a latency profile as tables, by rich."""
+"""A run for a person, by rich: the answer, the parameters, the gains; the rest on request."""
 
 from collections.abc import Iterator
 
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.text import Text
 
+from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Verification
-from edge_ident.commissioning.latency.result import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
+from edge_ident.report.answer import (
+    distrusted_line,
+    identification_remarks,
+    labelled,
+    model_lines,
+    next_lines,
+    trust_lines,
+    trusted_line,
+)
 from edge_ident.report.gain_report import promise_view
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.identification_tables import designs_view, identification_view
+from edge_ident.report.parameter_table import parameter_table
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
-from edge_ident.report.waterfall import bar_texts
+from edge_ident.report.run_steps import run_steps
 from edge_ident.support.tables import FittingTable
+from edge_ident.support.words import listed, spoken
 
 
-def outcome_view(outcome: Outcome) -> Group:
-    """Identification, motions, gains, tracking error before and after, and the conclusion."""
-    return Group(*_outcome_parts(outcome))
+def outcome_view(outcome: Outcome, *, details: bool = False) -> Group:
+    """Trust, gains, model and next step in a few lines; a table of parameters and one of gains.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    details : bool
+        Every estimator, motion, gain, forecast and measured error below, and all findings.
+    """
+    return Group(*_answer(outcome), *(_details if details else _remarks)(outcome))
 
 
-def _outcome_parts(outcome: Outcome) -> Iterator[RenderableType]:
-    yield identification_view(outcome.identification, outcome.timing_ms.get("diagnosis"))
+def _answer(outcome: Outcome) -> Iterator[RenderableType]:
+    yield from _trust_lines(outcome)
+    designed = outcome.change is not None
+    yield labelled("gains", outcome.conclusion if designed else "nothing was written")
+    yield from model_lines(outcome.identification)
     if outcome.early is not None:
-        yield Text(outcome.early.sentence)
+        yield labelled("motion", outcome.early.sentence)
+    yield from next_lines(run_steps(outcome))
+    yield parameter_table(outcome.identification.model)
+    if outcome.designs:
+        yield _old_and_new(outcome)
+
+
+def _trust_lines(outcome: Outcome) -> Iterator[Text]:
+    """As of the identification, unless the motions with the new gains spoke against them."""
+    change, axes = outcome.change, outcome.identification.axes
+    if outcome.trusted or change is None:
+        yield from trust_lines(outcome.identification)
+        return
+    for name, effects in change.contradicted.items():
+        named = listed(map(spoken, effects))
+        yield distrusted_line(f"axis {name}, whose diagnosis the motions contradict: {named}")
+    if not change.contradicted:
+        yield distrusted_line("the new gains, which the motions with them did not confirm")
+    if trusted := [name for name in axes if name not in change.contradicted]:
+        yield trusted_line(trusted)
+
+
+def _old_and_new(outcome: Outcome) -> FittingTable:
+    """Tracking error and gains, old and new, of every axis; what no axis changes is left out."""
+    table = FittingTable(title=f"gains, in N·m, rad and s; {_in_force(outcome)}")
+    table.title_justify = "left"
+    table.add_column("")
+    for name in outcome.designs:
+        for when in ("old", "new"):
+            table.add_column(escape(f"{name}, {when}"), justify="right")
+    for label, cells in _tracking_rows(outcome):
+        table.add_row(label, *cells)
+    banks = [
+        bank
+        for name, design in outcome.designs.items()
+        for bank in (outcome.gains_before[name], design.gains)
+    ]
+    for row in gain_rows(banks):
+        if row.values[::2] != row.values[1::2]:
+            table.add_row(row.label, *row.cells(4))
+    return table
+
+
+def _in_force(outcome: Outcome) -> str:
+    if outcome.confirmed:
+        return "the new ones are in force"
+    tried = outcome.change is not None and outcome.change.verification is not None
+    return f"the new ones were {'rolled back' if tried else 'not written'}"
+
+
+def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, list[str]]]:
+    """Rms on the motion of the identification: measured, or forecast where none was measured."""
+    change = outcome.change
+    if change is None:
+        return
+    if change.verification is not None:
+        axes = change.verification.axes
+        errors_rad = [(axes[name].before_rad, axes[name].after_rad) for name in outcome.designs]
+        label = "tracking error, rms (mrad)"
+    elif change.promise is not None:
+        first = next(iter(change.promise.motions.values()))
+        errors_rad = [
+            (first[name].now.rms_rad, first[name].after.rms.middle_rad) for name in outcome.designs
+        ]
+        label = "tracking error, rms, forecast (mrad)"
+    else:
+        return
+    yield label, [f"{1e3 * error:.4g}" for pair in errors_rad for error in pair]
+
+
+def _remarks(outcome: Outcome) -> Iterator[RenderableType]:
+    yield from identification_remarks(outcome.identification)
+
+
+def _details(outcome: Outcome) -> Iterator[RenderableType]:
+    yield identification_view(outcome.identification, outcome.timing_ms.get("diagnosis"))
     if outcome.board is not None:
         yield from map(Text, outcome.board.sentences)
     if outcome.separation.ended:
         yield _motions_table(outcome.separation)
     if outcome.designs:
         yield designs_view(outcome.designs)
-    if outcome.change and outcome.change.verification:
-        yield _tracking_table(outcome.change.verification)
-    if outcome.change and outcome.change.promise:
-        yield promise_view(outcome.change.promise)
-    yield Text(outcome.conclusion)
-    if outcome.change and outcome.change.next_step:
-        yield Text(f"  next: {outcome.change.next_step}")
+    change: GainChange | None = outcome.change
+    if change and change.verification:
+        yield _tracking_table(change.verification)
+    if change and change.promise:
+        yield promise_view(change.promise)
 
 
 def _motions_table(separation: Separation) -> FittingTable:
@@ -64,28 +160,4 @@ def _tracking_table(verification: Verification) -> FittingTable:
             f"{tracking.ratio:.1f}",
             f"{1e3 * tracking.repeatability_rad:.2f} mrad",
         )
-    return table
-
-
-def profile_view(profile: Profile) -> Group:
-    """Percentiles of every stage, a table for each start and precision, and the verdict."""
-    return Group(
-        Text(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
-        *(_stage_table(run) for run in profile.runs),
-        Text(profile.ways),
-        Text(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
-    )
-
-
-def _stage_table(run: ProfileRun) -> FittingTable:
-    title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"
-    table = FittingTable(title=title, title_justify="left")
-    table.add_column("stage")
-    for heading in ("p50", "p95", "p99", "max"):
-        table.add_column(heading, justify="right")
-    table.add_column("█ p50, ░ p99")
-    for (stage, times), bar in zip(run.stages_ms.items(), [*bar_texts(run), ""], strict=True):
-        of_stage = spread(times)
-        values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
-        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar)
     return table

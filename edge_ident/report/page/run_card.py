@@ -6,7 +6,6 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import SHARE
 from edge_ident.commissioning.gains.verification import Tracking
@@ -30,6 +29,7 @@ from edge_ident.report.page.wording import (
     to_its_std,
     unit_text,
 )
+from edge_ident.report.run_steps import axis_steps
 from edge_ident.support.words import spoken
 from firmware_interface.gains import GAIN_FIELDS, OFF
 
@@ -66,7 +66,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
-        action=_action(axis, outcome),
+        action=[escape(sentence(step)) for step in axis_steps(axis, outcome)],
         chart=replace(chart, height=PICTURE_HEIGHT),
         written=_written(name, outcome),
         table=_changes(name, outcome),
@@ -171,26 +171,6 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
             "A change below {}, {}, counts as none; the motion repeats more closely than that."
         ).format(least, what)
     ]
-
-
-def _action(axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
-    steps = [escape(sentence(f.next_step)) for f in axis.findings if f.blocks]
-    if steps:
-        return steps[:3]
-    if not outcome.identification.trusted:
-        return [Markup("Mend what is wrong on the other axis, then run again.")]
-    if outcome.change is None or outcome.change.dry_run:
-        return [Markup("Run it again without <code>--dry-run</code> to write these gains.")]
-    if outcome.change.next_step:
-        return [escape(sentence(outcome.change.next_step))]
-    if outcome.confirmed and not outcome.stored:
-        return [
-            Markup(
-                "Store the gains with <code>--store</code> if they shall stay. The old gains are "
-                "in {}."
-            ).format(BACKUP_FILE)
-        ]
-    return [Markup("Nothing. The old gains are in {}.").format(BACKUP_FILE)]
 
 
 def _changes(name: str, outcome: Outcome) -> Table | None:

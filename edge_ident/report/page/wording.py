@@ -9,13 +9,12 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.model.model import NORMAL_95
+from edge_ident.report.intervals import decimals, interval_texts
 from edge_ident.support.words import listed
 
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1
 _FLAG: Final = ": --motion "
-_MOST_DECIMALS: Final = 9
 
 
 def pointer(*keys: str | int) -> str:
@@ -61,21 +60,16 @@ def minus(text: str) -> str:
 
 def to_its_std(value: float, std: float) -> tuple[str, str]:
     """A value and its standard deviation, both to two digits of the deviation."""
-    decimals = _decimals(std)
-    return minus(f"{value:.{decimals}f}"), f"{std:.{decimals}f}"
+    shown = decimals(std)
+    return minus(f"{value:.{shown}f}"), f"{std:.{shown}f}"
 
 
 def with_interval(value: float, std: float | None) -> str:
     """A value with its 95 % interval, to the digits that the deviation leaves."""
-    if not std or not math.isfinite(std) or _decimals(std) > _MOST_DECIMALS:
+    texts = interval_texts(value, std)
+    if texts is None:
         return digits(value, 4)
-    ends = (value, value - NORMAL_95 * std, value + NORMAL_95 * std)
-    return "{} ({}\u00a0to\u00a0{})".format(*(minus(f"{end:.{_decimals(std)}f}") for end in ends))
-
-
-def _decimals(std: float) -> int:
-    """Decimals that show two digits of a standard deviation."""
-    return max(0, 1 - int(f"{std:.1e}".partition("e")[2]))
+    return "{} ({}\u00a0to\u00a0{})".format(*map(minus, texts))
 
 
 def unit_text(unit: str) -> str:

@@ -82,7 +82,7 @@ def test_gains_feed_the_ripple_forward_and_say_what_became_of_the_drift(
     assert found["not_used"] == []
     assert found["gains"]["ripple_sine"] == [0.4, 0.0, 0.0, 0.0]
     assert found["gains"]["ripple_period_rad"][0] == pytest.approx(PERIOD_RAD)
-    shown = CliRunner().invoke(app, ["gains", str(file), "--model", str(model_file)])
+    shown = CliRunner().invoke(app, ["gains", str(file), "--model", str(model_file), "--details"])
     assert "compensated effects: torque_ripple, offset_drift" in shown.stdout
     assert "ripple 1" in shown.stdout
     assert "offset_drift: the gains fit the machine as it was at the end" in shown.stdout
@@ -101,7 +101,7 @@ def test_what_nobody_knew_is_found_reported_and_fed_forward(file: Path) -> None:
     assert np.all(np.abs(off["answer"]) < 0.01 * np.abs(TRUTH))
     assert np.max(np.abs(off["base"] / TRUTH)) > 0.02
     assert found["axes"]["x"]["gains"]["ripple_sine"][0] == pytest.approx(0.4, rel=0.05)
-    shown = CliRunner().invoke(app, ["identify", str(file)]).stdout
+    shown = CliRunner().invoke(app, ["identify", str(file), "--details"]).stdout
     assert "extended model used" in shown
     assert "the base model lacks torque ripple" in shown
 

@@ -228,7 +228,7 @@ def test_a_fault_in_the_second_motion_leaves_the_gains_and_the_first_capture(
 
 def printed(outcome: Outcome) -> str:
     console = Console(width=200, record=True, file=StringIO())
-    console.print(outcome_view(outcome))
+    console.print(outcome_view(outcome, details=True))
     return console.export_text()
 
 

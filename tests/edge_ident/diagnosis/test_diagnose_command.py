@@ -182,7 +182,7 @@ def test_markdown_is_an_export(answered, file, tmp_path) -> None:
 
 def test_tables_say_verdict_causes_alternatives_and_what_is_not_testable(answered, file) -> None:
     answered(hand_made.diagnosis(unexplained=True))
-    text = " ".join(diagnose(file).stdout.split())
+    text = " ".join(diagnose(file, "--details").stdout.split())
     assert "axis x explained by torque ripple and asymmetric friction" in text
     assert "31 % 12.0 %" in text
     assert "27 to 35 %" in text

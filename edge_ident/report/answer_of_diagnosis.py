@@ -1,0 +1,69 @@
+"""The answer of a diagnosis: what the model misses, and what to do next; then the parameters."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from edge_ident.diagnosis.present.tables import diagnosis_view
+from edge_ident.diagnosis.present.wording import percent
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.model.effects import named
+from edge_ident.report.answer import diagnosed_sentence, labelled, next_lines, remarks
+from edge_ident.report.next_steps import MOST, distinct
+from edge_ident.report.parameter_table import parameter_table
+from edge_ident.support.words import spoken
+
+_NOTHING: Final = "nothing to mend; keep this recording, to compare with later ones"
+_UNKNOWN: Final = (
+    "add --output and look at the page: it shows where the error is largest; check units and sign, "
+    "and record several speeds, both ways, over the whole stroke"
+)
+
+
+def diagnosis_answer(found: Diagnosis, *, details: bool = False) -> Group:
+    """Verdict of each axis and next steps in a few lines, a table of parameters, then remarks.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    details : bool
+        Evidence, alternatives, both models and what could not be tested, below.
+    """
+    steps = distinct(step for name, axis in found.axes.items() for step in _steps(name, axis))
+    parts: list[RenderableType] = [_verdict(name, axis) for name, axis in found.axes.items()]
+    parts += [*_validated(found), *next_lines(steps or [_NOTHING]), parameter_table(found.model)]
+    return Group(*parts, *([diagnosis_view(found)] if details else _remarks(found)))
+
+
+def _verdict(name: str, axis: AxisDiagnosis) -> Text:
+    colour = "red" if axis.verdict is Verdict.UNEXPLAINED else "green"
+    return Text.assemble((f"axis {name}", "bold"), " ", (diagnosed_sentence(axis), colour))
+
+
+def _validated(found: Diagnosis) -> Iterator[Text]:
+    for name, of_axis in found.validation.items():
+        base, extended = percent(of_axis.base), percent(of_axis.extended)
+        said = f"axis {name}, the base model leaves {base} and the extended one {extended}"
+        yield labelled("on the recording for validation", said)
+
+
+def _steps(name: str, axis: AxisDiagnosis) -> Iterator[str]:
+    yield from [finding.next_step for finding in axis.findings if finding.blocks][:MOST]
+    parts = distinct(named(cause.term.effect).advice.part for cause in axis.causes)
+    if parts:
+        yield f"on axis {name}, look at: {'; '.join(parts[:MOST])}"
+    for cause in axis.causes[:1]:
+        for other in cause.inseparable[:1]:
+            pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
+            yield f"to tell {pair}, record {other.experiment}"
+    if axis.verdict is Verdict.UNEXPLAINED:
+        yield _UNKNOWN
+
+
+def _remarks(found: Diagnosis) -> Iterator[Text]:
+    for finding in found.data_quality:
+        yield labelled(finding.code, f"axis {finding.axis}: {finding.message}", "yellow")
+    yield from remarks({name: axis.findings for name, axis in found.axes.items()})

@@ -1,0 +1,49 @@
+"""Every parameter of a model with its 95 % interval, in one table."""
+
+from collections.abc import Iterator
+
+from rich.markup import escape
+
+from edge_ident.model.model import AxisModel, Model
+from edge_ident.model.model_files import values_document
+from edge_ident.report.intervals import interval_texts
+from edge_ident.support.tables import FittingTable
+from edge_ident.support.words import spoken
+
+
+def parameter_table(model: Model) -> FittingTable:
+    """Rows of every axis: the base model's parameters, then those of each effect.
+
+    Parameters
+    ----------
+    model : Model
+    """
+    table = FittingTable(title="parameters", title_justify="left")
+    table.add_column("axis")
+    table.add_column("parameter")
+    table.add_column("value", justify="right")
+    table.add_column("95 % interval", justify="right")
+    table.add_column("unit")
+    for name, axis in model.axes.items():
+        for n, cells in enumerate(_rows(axis)):
+            table.add_row(escape(name) if n == 0 else "", *cells)
+    return table
+
+
+def _rows(axis: AxisModel) -> Iterator[tuple[str, str, str, str]]:
+    """Parameter, value, interval and unit; of an effect only what its form has."""
+    for n, term in enumerate(axis.terms):
+        effect = f"{spoken(term.effect)}: " if n else ""
+        for name, entry in values_document(term, axis).items():
+            value, std, unit = entry["value"], entry["std"], entry["unit"]
+            if std is not None or n == 0:
+                unit = "" if unit == "1" else unit
+                yield f"{effect}{spoken(name)}", *_cells(value, std), unit
+
+
+def _cells(value: float, std: float | None) -> tuple[str, str]:
+    texts = interval_texts(value, std)
+    if texts is None:
+        return f"{value:.4g}", ""
+    shown, low, high = texts
+    return shown, f"{low} to {high}"

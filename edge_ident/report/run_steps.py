@@ -1,0 +1,58 @@
+"""What to do next after a run; the terminal and the page say the same."""
+
+from edge_ident.commissioning.gains.files import BACKUP_FILE
+from edge_ident.commissioning.run import Outcome
+from edge_ident.identification.result import AxisIdentification
+from edge_ident.model.effects import named
+from edge_ident.report.next_steps import MOST, blocking_steps, distinct
+
+
+def run_steps(outcome: Outcome) -> list[str]:
+    """After a run, of all axes: what to do with the gains, and where to look at the machine."""
+    axes = outcome.identification.axes
+    blocking = [step for axis in axes.values() for step in blocking_steps(axis)]
+    if blocking:
+        return distinct(blocking)
+    return [
+        *(_look_at(name, outcome) for name in axes if _to_adjust(name, outcome)),
+        _gains(outcome),
+    ]
+
+
+def axis_steps(axis: AxisIdentification, outcome: Outcome) -> list[str]:
+    """After a run, of one axis."""
+    if steps := blocking_steps(axis):
+        return steps
+    if not outcome.identification.trusted:
+        return ["mend what is wrong on the other axis, then run again"]
+    return [_gains(outcome)]
+
+
+def _gains(outcome: Outcome) -> str:
+    """What to do with gains that were designed from a trusted identification."""
+    change = outcome.change
+    if change is None or change.dry_run:
+        promise = None if change is None else change.promise
+        if promise is not None and not promise.worth_a_write:
+            return "nothing: the board's gains are as good"
+        return "run it again without --dry-run to write these gains"
+    if change.next_step:
+        return change.next_step
+    old = f"the old gains are in {BACKUP_FILE}"
+    if outcome.confirmed and not outcome.stored:
+        return f"edge-ident gains store keeps the new gains over a power cycle; {old}"
+    return f"nothing; {old}"
+
+
+def _to_adjust(name: str, outcome: Outcome) -> bool:
+    """Whether a diagnosis names a part of the machine, and no motion contradicts it."""
+    found, change = outcome.identification.axes[name].diagnosis, outcome.change
+    contradicted = change is not None and name in change.contradicted
+    return found is not None and bool(found.causes) and not contradicted
+
+
+def _look_at(name: str, outcome: Outcome) -> str:
+    found = outcome.identification.axes[name].diagnosis
+    assert found is not None
+    parts = distinct(named(cause.term.effect).advice.part for cause in found.causes)
+    return f"on axis {name}, look at: {'; '.join(parts[:MOST])}; the page of the run says why"

@@ -1,0 +1,154 @@
+"""The answer that stands first: trust, gains, model, next step."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console, RenderableType
+
+import edge_ident
+from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.verification import Tracking, Verification
+from edge_ident.commissioning.run import Outcome
+from edge_ident.estimation.trust import Finding
+from edge_ident.identification.result import Identification
+from edge_ident.report import diagnosis_answer, identification_answer, outcome_view
+from edge_ident.report.intervals import interval_texts
+from tests.edge_ident.diagnosis import hand_made
+from tests.edge_ident.report.page import hand_made_run
+
+WORSE = Tracking(0.001, 0.1, 0.0001, 0.0001)
+POOR = Finding("poor_fit", "the model leaves 20% of the effort", "check the units", blocks=True)
+
+
+def lines(view: RenderableType) -> list[str]:
+    console = Console(width=200, highlight=False)
+    with console.capture() as captured:
+        console.print(view, soft_wrap=True)
+    return captured.get().splitlines()
+
+
+def block(view: RenderableType) -> list[str]:
+    """The lines before the first table."""
+    shown = lines(view)
+    return shown[: shown.index("parameters")]
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    return hand_made_run.run(tmp_path_factory.mktemp("run"))[0]
+
+
+@pytest.fixture(scope="module")
+def identified(outcome: Outcome) -> Identification:
+    return outcome.identification
+
+
+def doubted(found: Identification, axis: str) -> Identification:
+    return replace(found, axes={**found.axes, axis: replace(found.axes[axis], findings=(POOR,))})
+
+
+def test_a_run_tells_trust_gains_model_and_next_step_in_four_lines(outcome: Outcome) -> None:
+    trusted, gains, model, step = block(outcome_view(outcome))
+    assert trusted == "trusted: the parameters of x and z"
+    assert gains == "gains: new gains confirmed"
+    assert model.startswith("model: rigid body and friction are enough on axes x and z, compared")
+    assert step.startswith("next: edge-ident gains store keeps")
+
+
+def test_the_table_of_gains_leaves_out_what_stays(outcome: Outcome) -> None:
+    shown = lines(outcome_view(outcome))
+    text = "\n".join(shown[shown.index("gains, in N·m, rad and s; the new ones are in force") :])
+    assert "inertia feedforward" in text
+    assert "stribeck" not in text
+    assert "│ tracking error, rms (mrad) │   82.4 │" in text
+
+
+def test_a_trial_run_says_that_nothing_was_written(tmp_path: Path) -> None:
+    dry, _ = hand_made_run.run(tmp_path, confirmed=False)
+    shown = lines(outcome_view(dry))
+    assert "gains, in N·m, rad and s; the new ones were not written" in shown
+    assert "next: run it again without --dry-run to write these gains" in shown
+
+
+def test_what_is_not_trusted_stands_first_with_its_reason(outcome: Outcome) -> None:
+    found = doubted(outcome.identification, "z")
+    shown = block(outcome_view(replace(outcome, identification=found, designs={}, change=None)))
+    assert shown[:3] == [
+        "not trusted: axis z, poor_fit: the model leaves 20% of the effort",
+        "trusted: the parameters of x",
+        "gains: nothing was written",
+    ]
+    assert shown[-1] == "next: check the units"
+
+
+@pytest.mark.parametrize("diagnosed", [{}, {"x": ("backlash",)}])
+def test_gains_rolled_back_are_not_trusted(
+    diagnosed: dict[str, tuple[str, ...]], outcome: Outcome
+) -> None:
+    change = GainChange(
+        False, verification=Verification({"x": WORSE, "z": WORSE}), diagnosed=diagnosed
+    )
+    shown = lines(outcome_view(replace(outcome, change=change, conclusion=change.conclusion)))
+    if diagnosed:
+        first = "not trusted: axis x, whose diagnosis the motions contradict: backlash"
+        assert shown[:2] == [first, "trusted: the parameters of z"]
+    else:
+        first = "not trusted: the new gains, which the motions with them did not confirm"
+        assert shown[:2] == [first, "trusted: the parameters of x and z"]
+    assert "rolled back" in shown[2]
+    assert f"next: {change.next_step}" in shown
+    assert "gains, in N·m, rad and s; the new ones were rolled back" in shown
+
+
+def test_details_follow_the_answer_and_drop_nothing(outcome: Outcome) -> None:
+    short, long = (lines(outcome_view(outcome, details=details)) for details in (False, True))
+    assert len(short) < 40 < len(long)
+    assert long[:25] == short[:25]
+    text = "\n".join(long)
+    for what in ("least squares (used)", "time-spectral", "bandwidth (rad/s)", "no change below"):
+        assert what in text
+        assert what not in "\n".join(short)
+
+
+def test_each_remark_is_said_once_for_all_axes(identified: Identification) -> None:
+    shown = [line for line in lines(identification_answer(identified)) if "standstill" in line]
+    assert len(shown) <= 1
+    assert all("likewise on z. Next: " in line for line in shown)
+
+
+def test_an_identification_ends_with_what_to_do(identified: Identification) -> None:
+    assert block(identification_answer(identified))[-1].startswith("next: edge-ident gains")
+    assert block(identification_answer(doubted(identified, "x")))[-1] == "next: check the units"
+
+
+def test_a_diagnosis_tells_causes_validation_and_where_to_look() -> None:
+    found = hand_made.diagnosis(unexplained=True)
+    shown = block(diagnosis_answer(found))
+    assert shown[0].startswith("axis x explained by torque ripple and asymmetric friction")
+    assert "do not tell asymmetric friction from nonlinear viscous" in shown[0]
+    assert any(line.startswith("on the recording for validation: axis x") for line in shown)
+    assert any(line.startswith("next: on axis x, look at: motor magnets") for line in shown)
+    assert "torque ripple: period" in "\n".join(lines(diagnosis_answer(found)))
+
+
+def test_a_sound_machine_needs_nothing() -> None:
+    shown = block(diagnosis_answer(edge_ident.diagnose([edge_ident.simulate()])))
+    assert shown[-1] == "next: nothing to mend; keep this recording, to compare with later ones"
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "texts"),
+    [
+        (0.4285, 0.003, ("0.4285", "0.4226", "0.4344")),
+        (1234.5, 150.0, ("1234", "940", "1528")),
+        (0.3, None, None),
+        (0.3, np.inf, None),
+        (1e-12, 1e-14, None),
+    ],
+)
+def test_an_interval_has_the_digits_that_its_deviation_leaves(
+    value: float, std: float | None, texts: tuple[str, str, str] | None
+) -> None:
+    assert interval_texts(value, std) == texts
