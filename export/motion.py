@@ -158,7 +158,7 @@ def _chosen(recording: Recording, axis: str | None) -> AxisRecord:
         raise DataError(
             f"{recording.source}: a network is trained for one axis; there are "
             + ", ".join(recording.axes),
-            "name one with --axis",
+            f"name one with --axis, such as --axis {next(iter(recording.axes))}",
         )
     return recording.axes[axis]
 
@@ -171,7 +171,7 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
     motion : TrainingMotion
     model : Model
     axis : str or None
-        None where there is but one.
+        Not looked at where the model has but one.
 
     Raises
     ------
@@ -179,12 +179,12 @@ def with_effects(motion: TrainingMotion, model: Model, axis: str | None) -> Trai
         The axis is not in the model, has to be named, is in other units, has no effects, or is
         coupled to another one whose motion is not known.
     """
-    if axis is None and len(model.axes) == 1:
+    if len(model.axes) == 1:  # whatever its name is
         axis = next(iter(model.axes))
     if axis is None or axis not in model.axes:
         raise ModelError(
             f"a network is trained for one axis; the model has {', '.join(model.axes)}",
-            "name one with --axis",
+            f"name one with --axis, such as --axis {next(iter(model.axes))}",
         )
     known = model.axes[axis]
     units = (known.position_unit, known.effort_unit)

@@ -12,7 +12,7 @@ from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.failures import noting
 from edge_ident.cli.messages import say
-from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model
+from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model, model_for
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import connected, located
 
@@ -56,7 +56,7 @@ class ForecastOptions:
         if self.model is None and self.recording is None:
             return ()
         motion = None if self.recording is None else edge_ident.load_recording(self.recording)
-        known = given_model(self.model)
+        known = model_for(self.model, board.axes)
         forecaster = commissioning.Forecaster(board.identity, board.limits(), known, motion)
         return forecaster.forecast(banks)
 

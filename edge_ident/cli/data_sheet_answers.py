@@ -82,7 +82,7 @@ class GivenTexts:
                 named = after
             elif before not in self.axes:
                 raise typer.BadParameter(
-                    f"there is no axis {before}, but {', '.join(self.axes)}",
+                    f"there is no axis {before}, but {', '.join(self.axes)}; --axis names the axes",
                     param_hint=option_of(entry),
                 )
         return general if named is None else named

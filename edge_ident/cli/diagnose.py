@@ -15,7 +15,7 @@ from edge_ident.cli.options import (
     ModelFile,
     ResultOptions,
     check_no_run,
-    given_model,
+    model_for,
     save_result_model,
 )
 from edge_ident.cli.progress import shown_progress
@@ -96,11 +96,11 @@ def diagnose(
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
     check_no_run(results.output)
-    known = given_model(model)
     with shown_progress() as bars:
         bars.stage("reading")
         recordings = [reading.read(file) for file in files]
         held_out = reading.read(validate) if validate else None
+        known = model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
             recordings, model=known, validate=held_out, tolerance=tolerance, stability=stability,
             keep_minor=keep_minor, on_progress=bars.show,

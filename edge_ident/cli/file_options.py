@@ -90,7 +90,8 @@ class FileOptions:
         typer.Option(
             "--axis",
             metavar="NAME",
-            help="Axis to read, may be repeated; default: all. One that stands still is refused.",
+            help="Axis to read, may be repeated; default: all that move. One that stands still "
+            "although its reference moves, or has none, is refused.",
         ),
     ] = None
 
@@ -128,7 +129,11 @@ class FileOptions:
             raise edge_ident.DataError(self.doubt(found), self.accepting(found, file))
         for line in found.assumptions:
             say(f"{file.name}: {line}")
-        return found.recording()
+        recording = found.recording()
+        for name in [] if self.axis else _axes_of(found):
+            if name not in recording.axes:
+                say(f"{file.name}: axis {name} was commanded to rest, and is left out")
+        return recording
 
     def doubt(self, found: "edge_ident.Inspection") -> str:
         """What is not certain of a file, in one line."""
@@ -149,6 +154,12 @@ class RecordingOptions(FileOptions):
     def load(self) -> "edge_ident.Recording":
         """Read and check the recording."""
         return self.read(self.file)
+
+
+def _axes_of(found: "edge_ident.Inspection") -> list[str]:
+    """The axes of a file."""
+    targets = [use.target or "" for use in found.columns]
+    return [name for name, sign, _ in (t.rpartition("_position_") for t in targets) if sign]
 
 
 def _pairs(given: list[str] | None, option: str, what: str) -> dict[str, str]:

@@ -19,7 +19,8 @@ from edge_ident.cli.options import (
     NetworkOptions,
     NoDiagnose,
     ResultOptions,
-    given_model,
+    drive_for,
+    model_for,
 )
 from edge_ident.cli.progress import progress_if_any
 
@@ -76,11 +77,11 @@ def design(
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
-    described, recorded = edge_ident.load_drive(drive), recording.load()
-    described.check_axes(recorded.axes)
+    recorded = recording.load()
+    described = drive_for(drive, recorded.axes)
     with progress_if_any() as show:
         found = edge_ident.identify(
-            recorded, network.load(), model=given_model(model),
+            recorded, network.load(), model=model_for(model, recorded.axes),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
     if not found.trusted:

@@ -14,7 +14,7 @@ from edge_ident.cli.options import (
     ResultOptions,
     Seed,
     check_no_run,
-    given_model,
+    model_for,
     save_result_model,
 )
 from edge_ident.cli.progress import progress_if_any
@@ -48,7 +48,8 @@ def identify(
     check_no_run(results.output)
     watch = edge_ident.Stopwatch()
     with watch.stage("load"):
-        measured, loaded, known = recording.load(), network.load(), given_model(model)
+        measured, loaded = recording.load(), network.load()
+        known = model_for(model, measured.axes)
     with progress_if_any() as show:
         found = edge_ident.identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,

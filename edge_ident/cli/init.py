@@ -21,7 +21,7 @@ from edge_ident.cli.options import Json
 
 _FILE: Final = Path("drive.toml")
 _AXES: Final = ("x", "z")
-"""Names of the axes, unless --axis gives others: those of a board."""
+"""Names of the axes, unless an option gives others: those of a board."""
 _Texts = list[str] | None
 
 
@@ -106,7 +106,9 @@ _Name = Annotated[
 _AxisNames = Annotated[
     list[str] | None,
     typer.Option(
-        "--axis", metavar="NAME", help="Name of an axis, may be repeated; default: x and z."
+        "--axis",
+        metavar="NAME",
+        help="Name of an axis, may be repeated; default: those in AXIS=, or x and z.",
     ),
 ]
 
@@ -150,7 +152,8 @@ def init(
         raise edge_ident.DataError(
             f"{file} exists already", "give another name, or replace it with --overwrite"
         )
-    given = GivenTexts(_axis_names(axis), sample_rate, sheet.texts())
+    texts = sheet.texts()
+    given = GivenTexts(_axis_names(axis or _named_in(texts)), sample_rate, texts)
     answers = (TerminalAnswers if on_terminal() else OptionAnswers)(
         given, accept=accept_implausible
     )
@@ -161,6 +164,20 @@ def init(
         print_document(report.drive_document(made, file))
     else:
         print(file)
+
+
+def _named_in(texts: dict[str, list[str]]) -> list[str] | None:
+    """The axes that options name before an equals sign, where all options name the same.
+
+    An option that also has a text for all axes does not say which axes there are.
+    """
+    sets = [[text.partition("=")[0] for text in of] for of in texts.values() if _all_named(of)]
+    alike = bool(sets) and all(set(names) == set(sets[0]) for names in sets)
+    return list(dict.fromkeys(sets[0])) if alike and not set(sets[0]) <= set(_AXES) else None
+
+
+def _all_named(texts: list[str]) -> bool:
+    return bool(texts) and all("=" in text for text in texts)
 
 
 def _axis_names(given: list[str] | None) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ A group is a dataclass whose fields are options; `edge_ident.cli.command` turns 
 that type into those options.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -13,7 +13,7 @@ import typer
 
 import edge_ident
 from edge_ident import report
-from edge_ident.cli.messages import print_document
+from edge_ident.cli.messages import print_document, say
 
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
@@ -208,6 +208,31 @@ def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: b
 def given_model(path: Path | None) -> "edge_ident.Model | None":
     """Load the model that an option names."""
     return None if path is None else edge_ident.load_model(path)
+
+
+def model_for(path: Path | None, axes: Iterable[str]) -> "edge_ident.Model | None":
+    """Load the model that an option names, for these axes; say which it takes for which."""
+    given = given_model(path)
+    if given is None:
+        return None
+    fitted = given.for_axes(axes)
+    tell_taken(given.axes, fitted.axes, path)
+    return fitted
+
+
+def drive_for(path: Path | None, axes: Iterable[str]) -> "edge_ident.Drive":
+    """Load a drive description for these axes; say which axis it takes for which."""
+    described = edge_ident.load_drive(path)
+    fitted = described.for_axes(axes)
+    tell_taken(described.axes, fitted.axes, described.name)
+    return fitted
+
+
+def tell_taken(given: Iterable[str], fitted: Iterable[str], of: object) -> None:
+    """Say which axis is taken for which, where they have other names."""
+    for name, axis in zip(given, fitted, strict=True):
+        if name != axis:
+            say(f"axis {axis} is taken for axis {name} of {of}, the only one there")
 
 
 def save_result_model(

@@ -11,7 +11,7 @@ from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.diagnose import RecordingFiles
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, given_model, named
+from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, drive_for, model_for, named
 from edge_ident.cli.progress import shown_progress
 
 MotionOutput = Annotated[
@@ -62,12 +62,12 @@ def plan(
 
     Example: `edge-ident plan recording.csv --drive press.toml --output motion.json`
     """
-    limits = edge_ident.load_drive(drive)
     recordings = [reading.read(file) for file in files]
-    limits.check_axes(recordings[0].axes)
+    axes = recordings[0].axes
+    limits, known = drive_for(drive, axes), model_for(model, axes)
     say(_whose(drive))
     with shown_progress() as bars:
-        diagnosis = edge_ident.diagnose(recordings, model=given_model(model), on_progress=bars.show)
+        diagnosis = edge_ident.diagnose(recordings, model=known, on_progress=bars.show)
         bars.stage("designing the motion")
         found = edge_ident.plan_motion(diagnosis, recordings, limits, duration_s=seconds, seed=seed)
     written = output if found.trajectory is not None else None

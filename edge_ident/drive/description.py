@@ -9,7 +9,7 @@ import re
 import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -129,6 +129,20 @@ class Drive:
                 f"describe your machine with edge-ident init {axes}, and give that file with "
                 "--drive (without it, the built-in drive is taken), or rename columns (--column)",
             )
+
+    def for_axes(self, names: Iterable[str]) -> "Drive":
+        """This drive for the axes of a recording; where both have one, it goes by that name.
+
+        Raises
+        ------
+        DataError
+            An axis is not described, and which is which is not certain.
+        """
+        wanted = list(names)
+        if len(wanted) == len(self.axes) == 1:
+            return replace(self, axes=dict(zip(wanted, self.axes.values(), strict=True)))
+        self.check_axes(wanted)
+        return self
 
     def trajectory(self, cycles: int | None = None) -> Trajectory:
         """The default motion: one sine per axis, whole cycles of it."""

@@ -82,7 +82,7 @@ def _known(model: Model, recording: Recording, name: str) -> AxisModel:
     if axis is None:
         raise ModelError(
             f"the model has no axis {name}; it knows {', '.join(model.axes)}",
-            "give the model of this drive, or rename the columns with --column",
+            "give the model of this drive, or name its axes as the recording does",
         )
     if axis.units != record.units:
         raise ModelError(

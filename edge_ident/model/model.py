@@ -9,13 +9,14 @@ and one of either sign, but not their names. Further terms are effects of the ca
 (`edge_ident.model.effects`).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import ModelError
 from edge_ident.model.supported_range import SupportedRange
 
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
@@ -164,6 +165,36 @@ class Model:
     axes: Mapping[str, AxisModel]
     recordings: tuple[SourceFile, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
+
+    def for_axes(self, names: Iterable[str]) -> "Model":
+        """This model for the axes of a machine; where both have one, it goes by the machine's name.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Of the machine's axes.
+
+        Raises
+        ------
+        ModelError
+            The model has none of these axes, and which is which is not certain.
+
+        Examples
+        --------
+        >>> import edge_ident
+        >>> both = edge_ident.reduced_model()
+        >>> list(edge_ident.Model({"x": both.axes["x"]}).for_axes(["joint1"]).axes)
+        ['joint1']
+        """
+        wanted = list(names)
+        if any(name in self.axes for name in wanted):
+            return self
+        if len(wanted) == len(self.axes) == 1:
+            return replace(self, axes=dict(zip(wanted, self.axes.values(), strict=True)))
+        raise ModelError(
+            f"the model describes {', '.join(self.axes)}, not {', '.join(wanted)}",
+            "give the model of this drive, or name its axes as the machine does",
+        )
 
 
 def base_axis(

@@ -20,13 +20,12 @@ from edge_ident.signals.conditioning import condition
 from edge_ident.signals.contract_columns import TIME
 from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.metrics import quantile
+from edge_ident.signals.moved_axes import MINIMUM_COUNTS, moves
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.time_units import TIME_WORDS, likely_unit
 
 Array = NDArray[np.float64]
 
-_MINIMUM_COUNTS: Final = 50
-"""Travel, in encoder counts, below which a motion cannot be told from quantization."""
 _MINIMUM_NOISES: Final = 20.0
 """Travel, in standard deviations of white position noise, below which there is no motion."""
 _STUCK_SHARE: Final = 0.25
@@ -142,12 +141,11 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         where = f"{recording.source}, axis {name}, position"
         position = axis.position
         steps = np.abs(np.diff(position))
-        count = np.min(steps, initial=np.inf, where=steps > 1e-9 * np.ptp(position))
-        if not np.isfinite(count) or np.ptp(position) < _MINIMUM_COUNTS * count:
+        if not moves(position):
             raise DataError(
                 f"{where}: no motion, it stays within {np.ptp(position):.3g} {axis.position_unit}",
                 "record while the axis moves through at least "
-                f"{_MINIMUM_COUNTS} encoder counts; check that the drive was enabled"
+                f"{MINIMUM_COUNTS} encoder counts; check that the drive was enabled"
                 + _without(recording, name),
             )
         driver = axis.effort if axis.reference is None else axis.reference

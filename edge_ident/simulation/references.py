@@ -145,7 +145,8 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
             found = ", ".join(f"{n} ({a.position_unit})" for n, a in recording.axes.items())
             raise DataError(
                 f"{recording.source}: it has axes {found}, the model has axis {name} ({unit})",
-                "give a recording of the modelled drive, or rename columns with --column",
+                "give a recording of the modelled drive, or rename columns, such as "
+                f"--column {next(iter(recording.axes))}_position_{unit}={name}_position_{unit}",
             )
         wanted = axis.position if axis.reference is None else axis.reference
         cutoff_hz = choose_cutoff(grid.resampled(axis.position), period_s)

@@ -143,8 +143,9 @@ def _checked(model: Model, axes: tuple[str, ...]) -> Model:
         axis = model.axes.get(name)
         if axis is None or axis.units != BOARD_UNITS:
             raise ModelError(
-                f"the board's axis {name} is not in the model, or not in rad and N*m",
-                "give a model or recording of the drive of this board",
+                f"the board has axis {name} in rad and N*m; the model or recording has "
+                + ", ".join(f"{n} ({' and '.join(of.units)})" for n, of in model.axes.items()),
+                "give a model or recording of the drive of this board, with the board's names",
             )
         inertia, std = float(axis.parameters[0]), axis.terms[0].std.get("inertia", 0.0)
         if inertia <= 2.0 * std:

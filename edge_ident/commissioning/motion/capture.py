@@ -83,8 +83,9 @@ def check_drive(board: Board, drive: Drive) -> None:
     }
     if set(board.axes) != set(drive.axes):
         raise DataError(
-            f"the board has axes {sorted(board.axes)}, the drive description {sorted(drive.axes)}",
-            "give the description of this drive with --drive",
+            f"the board has axes {', '.join(board.axes)}, the drive description "
+            + ", ".join(drive.axes),
+            "give the description of this drive with --drive; its axes have the board's names",
         )
     for what, (on_board, described) in pairs.items():
         if not np.isclose(on_board, described, rtol=1e-5):

@@ -121,7 +121,7 @@ def test_wrong_usage_and_bad_models_say_what_to_do(tmp_path: Path) -> None:
     assert code == 5
     assert "next:" in message
     save_model(linear_axis(), tmp_path / "model.json")
-    (tmp_path / "other.csv").write_text(lap(tmp_path / "lap.csv").read_text().replace("q_", "y_"))
+    (tmp_path / "other.csv").write_text(lap(tmp_path / "lap.csv").read_text().replace("_m", "_rad"))
     code, message = refused(
         "simulate", "--model", tmp_path / "model.json", "--motion", tmp_path / "other.csv",
         "-o", tmp_path / "r.csv",
