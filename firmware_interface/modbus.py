@@ -267,7 +267,9 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
 
 def _serial_advice(code: int | None) -> str:
     if code == errno.ENOENT:
-        return "connect the board and find its port with `edge-ident ports`"
+        return (
+            "connect the board and find its port with `edge-ident ports`; or try --device virtual"
+        )
     if code == errno.EACCES:
         return "add your user to the group that owns the port (often dialout), then log in again"
     if code in (errno.EBUSY, errno.EAGAIN):

@@ -160,9 +160,7 @@ def stage(
         found = report.GainReport(number, active, wanted, predicted, backup)
     _deliver(found, results, "the gains are staged, and not active")
     device = located(where).device
-    if device == "virtual":
-        say("this virtual board ends with the command; keep one with: edge-ident board --pty")
-    else:
+    if not _ends_with_the_command(device):
         say(f"staged and read back; activate them with: edge-ident gains commit --device {device}")
 
 
@@ -241,6 +239,7 @@ def store(
             found = report.GainReport(board.identity.serial_number, active, backup=backup)
         _deliver(found, results)
     say("the gains are stored")
+    _ends_with_the_command(located(where).device)
 
 
 @command
@@ -275,6 +274,14 @@ def restore(
             number = board.identity.serial_number
             found = report.GainReport(number, active, wanted, predicted, backup, done)
         _deliver(found, results)
+
+
+def _ends_with_the_command(device: str) -> bool:
+    """Say of a virtual board, if this is one, that it keeps nothing."""
+    virtual = device == "virtual"
+    if virtual:
+        say("this virtual board ends with the command; keep one with: edge-ident board --pty")
+    return virtual
 
 
 def _in_force(done: "commissioning.GainChange") -> list[str]:

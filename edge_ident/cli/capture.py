@@ -8,7 +8,8 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
-from edge_ident.cli.motion_options import MOTIONS, Cycles, periods
+from edge_ident.cli.messages import say
+from edge_ident.cli.motion_options import MOTIONS, Cycles, check_named, periods
 from edge_ident.cli.options import BoardOptions, ResultOptions, deliver
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
@@ -48,6 +49,7 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
+    check_named(motion)
     cycles = periods(context, motion, cycles)
     followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
@@ -61,5 +63,6 @@ def capture(
     faults.add_to(document, hidden)
     deliver(document, "capture.json", opened.folder, results.json)
     if not results.json:
-        print(path)
+        print(path, flush=True)
         faults.tell(hidden)
+        say(f"identify it with: edge-ident identify {path}")

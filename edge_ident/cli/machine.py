@@ -114,7 +114,8 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
             angle = commissioning.plain_number(number.removesuffix("deg"))
         except ValueError:
             raise typer.BadParameter(
-                f"{text}: write AXIS=RAD or AXIS=DEGREESdeg", param_hint=option
+                f"{text}: write the axis and a number, such as x=1.57 (rad) or x=90deg",
+                param_hint=option,
             ) from None
         if axis in angles:
             raise typer.BadParameter(f"{axis} is named twice", param_hint=option)

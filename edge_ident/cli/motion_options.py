@@ -1,5 +1,6 @@
 """Options of a motion that the axes make, or a simulated drive."""
 
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, get_args
 
 import typer
@@ -28,6 +29,21 @@ def _cycles_option(variable: str | None = None) -> Any:
 Cycles = Annotated[int | None, _cycles_option("EDGE_IDENT_CYCLES")]
 SimulatedCycles = Annotated[int | None, _cycles_option()]
 """Periods of a simulated motion, which no setting of the machine changes."""
+
+
+def check_named(motion: str) -> None:
+    """Refuse a motion that is neither a name nor the path of a file.
+
+    Raises
+    ------
+    typer.BadParameter
+    """
+    if motion not in MOTIONS and not Path(motion).suffix and not Path(motion).exists():
+        raise typer.BadParameter(
+            f"there is neither a motion nor a file {motion}; write {', '.join(MOTIONS)}, or the "
+            "path of a file",
+            param_hint="--motion",
+        )
 
 
 def periods(context: typer.Context, motion: str, cycles: int | None) -> int | None:

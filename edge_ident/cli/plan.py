@@ -74,6 +74,8 @@ def plan(
     if found.trajectory is not None and output is not None:
         edge_ident.save_motion(found.trajectory, output)
         say(f"written: {output}; run it with: edge-ident capture --motion {output}")
+    elif found.trajectory is not None:
+        say("keep the motion with --output FILE, and run it with: edge-ident capture --motion FILE")
     if json:
         print_document(report.plan_document(found, written))
     else:

@@ -52,7 +52,10 @@ def registers(
     """
     chosen = commissioning.registers_named(name)
     if not chosen:
-        raise typer.BadParameter(f"there is no register or group {name}", param_hint="NAME")
+        raise typer.BadParameter(
+            f"there is no register or group {name}; edge-ident registers lists all",
+            param_hint="NAME",
+        )
     values: dict[str, tuple[float, ...]] = {}
     version = commissioning.MAP_VERSION
     if write is not None or device_of(where, edge_ident.load_drive(where.drive)):

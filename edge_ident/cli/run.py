@@ -163,12 +163,12 @@ def run(
         document = report.run_document(outcome, board.identity, loaded, folder)
         try:
             save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
-            page = report.write_run_page(outcome, document, folder)
+            page = report.write_run_page(outcome, document, folder, opened.device)
             faults.add_to(document, hidden)
             deliver(document, "report.json", folder, results.json)
         finally:  # also where the disk is full
             if not results.json:  # then rich is not loaded, 2 MiB
-                report.show(report.outcome_view(outcome, details=details))
+                report.show(report.outcome_view(outcome, opened.device, details=details))
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")

@@ -38,6 +38,7 @@ class Session:
     board: "Board"
     drive: "Drive"
     folder: Path
+    device: str
 
 
 def device_of(options: BoardOptions, drive: "Drive") -> str | None:
@@ -114,7 +115,7 @@ def session(
         folder = output if output and by_name else _new_folder(output or Path("edge-ident-runs"))
         folder.mkdir(parents=True, exist_ok=True)
         with _log_file(folder / "log.txt", writes):
-            yield Session(board, drive, folder)
+            yield Session(board, drive, folder, located(options).device)
 
 
 def _new_folder(above: Path) -> Path:

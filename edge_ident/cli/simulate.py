@@ -11,7 +11,7 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.motion_options import SimulatedCycles, periods
+from edge_ident.cli.motion_options import SimulatedCycles, check_named, periods
 from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file, tell_taken
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.shares import share
@@ -69,6 +69,7 @@ class MotionOptions(FileOptions):
         periods(self.context, _NAMED_MOTIONS.get(self.motion, self.motion), self.cycles)
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
+        check_named(self.motion)
         path = Path(self.motion)
         return edge_ident.load_motion(path) if path.suffix == ".json" else self.read(path)
 

@@ -26,13 +26,21 @@ _READERS: Final = {
 """Module and function of every format but text, by the ending of the name."""
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Endings of files that hold a table: of text, then of every other format."""
+_ANY: Final = f"give the path of a recording ({', '.join(ENDINGS)})"
+_CAPTURE: Final = "capture.npz"
+"""What run and capture call their first recording."""
 _BAG_OF_ROS_2: Final = "metadata.yaml"
 """File in the folder that a bag of ROS 2 is."""
 _NOT_READ: Final = {
     ".npy": (
-        "an array without names of columns",
+        "an array without names of columns, which edge-ident does not read",
         "write an archive of named arrays: numpy.savez('FILE.npz', time_s=..., "
         "x_position_rad=..., x_torque_nm=...)",
+    ),
+    ".json": (
+        "a JSON document, and no recording",
+        "give the recording that it was made from; a model goes with --model, gains go to a board "
+        "with edge-ident gains stage",
     ),
 }
 """What other endings stand for, and what to do."""
@@ -62,17 +70,21 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     if (path / _BAG_OF_ROS_2).is_file():
         return _read("bags", "read_bag", path)
     if not path.is_file():
-        raise DataError(
-            no_file(path),
-            f"give the path of a recording ({', '.join(ENDINGS)})",
-        )
+        raise DataError(no_file(path), _recording_in(path) or _ANY)
     ending = path.suffix.lower()
     if ending in _READERS:
         return joined_stamps(_read(*_READERS[ending], path))
     if ending in _NOT_READ:
         what, next_step = _NOT_READ[ending]
-        raise DataError(f"{path}: {what}, which edge-ident does not read", next_step)
+        raise DataError(f"{path}: {what}", next_step)
     return joined_stamps(_read("text", "read_text", path, delimiter, decimal))
+
+
+def _recording_in(path: Path) -> str:
+    """What to give instead of a folder; empty where it holds no recording, or is no folder."""
+    found = sorted(file for kind in ("npz", "csv") for file in path.glob(f"*.{kind}"))
+    found.sort(key=lambda file: file.name != _CAPTURE)
+    return f"give a recording in it, such as {found[0]}" if found else ""
 
 
 def _frame(source: Any) -> Table:

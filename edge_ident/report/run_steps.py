@@ -1,34 +1,46 @@
 """What to do next after a run; the terminal and the page say the same."""
 
+from typing import Final
+
 from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.report.next_steps import MOST, blocking_steps, distinct
 
+_VIRTUAL: Final = "virtual"
+"""The device that ends with the command, and its gains with it."""
 
-def run_steps(outcome: Outcome) -> list[str]:
-    """After a run, of all axes: what to do with the gains, and where to look at the machine."""
+
+def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
+    """After a run, of all axes: what to do with the gains, and where to look at the machine.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    device : str, optional
+        The board's, as --device names it.
+    """
     axes = outcome.identification.axes
     blocking = [step for axis in axes.values() for step in blocking_steps(axis)]
     if blocking:
         return distinct(blocking)
     return [
         *(_look_at(name, outcome) for name in axes if _to_adjust(name, outcome)),
-        _gains(outcome),
+        _gains(outcome, device),
     ]
 
 
-def axis_steps(axis: AxisIdentification, outcome: Outcome) -> list[str]:
+def axis_steps(axis: AxisIdentification, outcome: Outcome, device: str | None = None) -> list[str]:
     """After a run, of one axis."""
     if steps := blocking_steps(axis):
         return steps
     if not outcome.identification.trusted:
         return ["mend what is wrong on the other axis, then run again"]
-    return [_gains(outcome)]
+    return [_gains(outcome, device)]
 
 
-def _gains(outcome: Outcome) -> str:
+def _gains(outcome: Outcome, device: str | None) -> str:
     """What to do with gains that were designed from a trusted identification."""
     change = outcome.change
     if change is None or change.dry_run:
@@ -39,8 +51,11 @@ def _gains(outcome: Outcome) -> str:
     if change.next_step:
         return change.next_step
     old = f"the old gains are in {BACKUP_FILE}"
+    if device == _VIRTUAL:
+        return f"edge-ident board --pty runs a virtual board that keeps its gains; {old}"
     if outcome.confirmed and not outcome.stored:
-        return f"edge-ident gains store keeps the new gains over a power cycle; {old}"
+        where = f" --device {device}" if device else ""
+        return f"edge-ident gains store{where} keeps the new gains over a power cycle; {old}"
     return f"nothing; {old}"
 
 

@@ -29,26 +29,28 @@ from edge_ident.support.tables import FittingTable
 from edge_ident.support.words import listed, spoken
 
 
-def outcome_view(outcome: Outcome, *, details: bool = False) -> Group:
+def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Group:
     """Trust, gains, model and next step in a few lines; a table of parameters and one of gains.
 
     Parameters
     ----------
     outcome : Outcome
+    device : str, optional
+        The board's, as --device names it.
     details : bool
         Every estimator, motion, gain, forecast and measured error below, and all findings.
     """
-    return Group(*_answer(outcome), *(_details if details else _remarks)(outcome))
+    return Group(*_answer(outcome, device), *(_details if details else _remarks)(outcome))
 
 
-def _answer(outcome: Outcome) -> Iterator[RenderableType]:
+def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
     yield from _trust_lines(outcome)
     designed = outcome.change is not None
     yield labelled("gains", outcome.conclusion if designed else "nothing was written")
     yield from model_lines(outcome.identification)
     if outcome.early is not None:
         yield labelled("motion", outcome.early.sentence)
-    yield from next_lines(run_steps(outcome))
+    yield from next_lines(run_steps(outcome, device))
     yield parameter_table(outcome.identification.model)
     if outcome.designs:
         yield _old_and_new(outcome)

@@ -236,5 +236,6 @@ def _check_target(axis: str, target_rad: float, limits: Mapping[str, AxisLimits]
     if not abs(target_rad) <= travel_rad:
         raise ValueRefusedError(
             f"axis {axis}: {target_rad:g} rad is outside the travel",
-            f"allowed are {-travel_rad:g} to {travel_rad:g} rad",
+            f"allowed are {-travel_rad:g} to {travel_rad:g} rad; degrees are written as in "
+            f"{axis}=90deg",
         )

@@ -37,7 +37,7 @@ _FIRST_TERMS: Final = tuple(gain for gain in GAIN_FIELDS[3] if gain in OFF)
 """Single numbers that every board has; ripples and tables belong to an effect, which is named."""
 
 
-def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
+def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = None) -> Card:
     """What the first screen says of an axis.
 
     Parameters
@@ -46,6 +46,8 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         Of the axis.
     outcome : Outcome
     chart : Chart
+    device : str, optional
+        The board's, as --device names it.
     """
     axis = outcome.identification.axes[name]
     found = axis.diagnosis
@@ -66,7 +68,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart) -> Card:
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
-        action=[escape(sentence(step)) for step in axis_steps(axis, outcome)],
+        action=[escape(sentence(step)) for step in axis_steps(axis, outcome, device)],
         chart=replace(chart, height=PICTURE_HEIGHT),
         written=_written(name, outcome),
         table=_changes(name, outcome),

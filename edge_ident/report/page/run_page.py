@@ -60,7 +60,9 @@ class RunDetails:
     diagnosis: "AxisDetails | None"
 
 
-def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> Path:
+def write_run_page(
+    outcome: Outcome, document: dict[str, Any], folder: Path, device: str | None = None
+) -> Path:
     """Write the page of a run beside its captures.
 
     Parameters
@@ -70,6 +72,8 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
         Of schema edge-ident/run/1.
     folder : Path
         Of the run.
+    device : str, optional
+        The board's, as --device names it.
 
     Returns
     -------
@@ -84,7 +88,7 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
     cards = []
     for n, name in enumerate(axes):
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
-        cards.append(run_card(name, outcome, replace(chart, key=f"c{n}")))
+        cards.append(run_card(name, outcome, replace(chart, key=f"c{n}"), device))
     recordings = outcome.captures(folder)
     recordings += [folder / VERIFICATION_FILE] if verified else []
     promise = outcome.change.promise if outcome.change else None
@@ -105,16 +109,16 @@ def write_run_page(outcome: Outcome, document: dict[str, Any], folder: Path) -> 
         "worth": _worth(outcome),
         "times": _times(outcome),
         "provenance": Provenance.of(recordings),
-        "origin": [
-            (
-                "board",
-                ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in document["board"].items()),
-            ),
-            ("network", f"sha256 {document['network_sha256']}"),
-            ("old gains", BACKUP_FILE),
-        ],
+        "origin": _origin(document),
     }
     return write_html("run.html.jinja", content, document, folder)
+
+
+def _origin(document: dict[str, Any]) -> list[tuple[str, str]]:
+    """Board, network and backup that a run belongs to."""
+    board = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in document["board"].items())
+    network = f"sha256 {document['network_sha256']}"
+    return [("board", board), ("network", network), ("old gains", BACKUP_FILE)]
 
 
 def _besides(name: str, outcome: Outcome) -> Iterator[Row]:

@@ -159,8 +159,8 @@ def test_home_says_the_way_and_the_time_before_it_moves(shared: SharedBoard) -> 
         (["--to", "x=11"], 4, "outside the travel"),
         (["--to", "x=nan"], 4, "outside the travel"),
         (["--to", "y=1"], 4, "no axis y"),
-        (["--to", "x"], 2, "AXIS=RAD"),
-        (["--by", "x=5grad"], 2, "AXIS=RAD"),
+        (["--to", "x"], 2, "x=90deg"),
+        (["--by", "x=5grad"], 2, "x=90deg"),
         (["--by", "x=600deg"], 4, "outside the travel"),
         (["--by", "y=5deg"], 4, "no axis y"),
         (["--by", "x=5deg", "--to", "z=1"], 2, "either --to or --by"),
@@ -206,7 +206,7 @@ def test_a_number_that_python_alone_would_read_moves_nothing(
     angle: str, shared: SharedBoard
 ) -> None:
     code, _, errors = shared.run("home", "--by", angle)
-    assert (code, "write AXIS=RAD" in errors) == (2, True)
+    assert (code, "write the axis and a number" in errors) == (2, True)
     assert not shared.board.status().pages_written
 
 
