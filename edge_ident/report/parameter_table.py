@@ -25,8 +25,8 @@ def parameter_table(model: Model) -> FittingTable:
     table.add_column("95 % interval", justify="right")
     table.add_column("unit")
     for name, axis in model.axes.items():
-        for n, cells in enumerate(_rows(axis)):
-            table.add_row(escape(name) if n == 0 else "", *cells)
+        for cells in _rows(axis):
+            table.add_row(escape(name), *cells)
     return table
 
 
