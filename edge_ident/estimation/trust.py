@@ -82,7 +82,7 @@ def check_estimate(
         findings.append(
             Finding(
                 "poor_fit",
-                f"the model leaves {relative_residual:.1%} of the effort unexplained "
+                f"over all samples, the model leaves {relative_residual:.1%} of the effort "
                 f"(limit {RESIDUAL_LIMIT:.0%})",
                 "check the units, and look for effects that the model lacks: a changing load, "
                 "backlash, ripple",

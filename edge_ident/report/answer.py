@@ -13,6 +13,7 @@ from edge_ident.diagnosis.present.wording import verdict_sentence
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.identification_tables import identification_view
 from edge_ident.report.next_steps import DESIGN_GAINS, identification_steps
 from edge_ident.report.parameter_table import parameter_table
@@ -48,11 +49,6 @@ def identification_answer(
 def identification_remarks(found: Identification) -> Iterator[Text]:
     """What else there is to know of a recording."""
     return remarks({name: axis.findings for name, axis in found.axes.items()})
-
-
-def labelled(label: str, said: str, style: str = "bold") -> Text:
-    """A line of an answer: what it is about, and what is said of it."""
-    return Text.assemble((label, style), f": {said}")
 
 
 def trusted_line(names: Iterable[str]) -> Text:
@@ -117,11 +113,6 @@ def diagnosed_sentence(axis: "AxisDiagnosis") -> str:
     if suspected := [spoken(cause.term.effect) for cause in axis.suspected]:
         said.append(f"suspected only: {listed(dict.fromkeys(suspected))}")
     return "; ".join(said)
-
-
-def next_lines(steps: Iterable[str]) -> Iterator[Text]:
-    """What to do next, a line for each step."""
-    yield from (labelled("next", step) for step in steps)
 
 
 def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Text]:

@@ -11,7 +11,8 @@ from edge_ident.diagnosis.present.wording import percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
-from edge_ident.report.answer import diagnosed_sentence, labelled, next_lines, remarks
+from edge_ident.report.answer import diagnosed_sentence, remarks
+from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.next_steps import MOST, distinct
 from edge_ident.report.parameter_table import parameter_table
 from edge_ident.support.words import spoken

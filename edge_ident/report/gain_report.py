@@ -11,6 +11,7 @@ from rich.text import Text
 from edge_ident.commissioning.gains.forecast import Forecast, Forecasts
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import Expected, Promise
+from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.promise_report import (
     commit_document,
@@ -110,18 +111,19 @@ def _ends(expected: Expected | None) -> list[float | None] | None:
 
 
 def gain_report_view(report: GainReport) -> Group:
-    """A table per axis, and what became of the gains."""
-    parts: list[RenderableType] = [_table(report, axis) for axis in report.active]
+    """What became of the gains, and what to do next; then a table per axis."""
+    change = report.change
+    parts: list[RenderableType] = []
+    if change is not None:
+        parts.append(labelled("gains", change.conclusion))
+        parts += next_lines([change.next_step] if change.next_step else [])
     if report.unconfirmed_s is not None:
         parts.append(Text(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
     if report.backup:
         parts.append(Text(f"backup of the previous gains: {report.backup}"))
-    if report.change and report.change.promise:
-        parts.append(promise_view(report.change.promise))
-    if report.change:
-        parts.append(Text(report.change.conclusion))
-        if report.change.next_step:
-            parts.append(Text(f"  next: {report.change.next_step}"))
+    parts += [_table(report, axis) for axis in report.active]
+    if change is not None and change.promise:
+        parts.append(promise_view(change.promise))
     return Group(*parts)
 
 

@@ -13,12 +13,11 @@ from edge_ident.commissioning.study.separation import Separation
 from edge_ident.report.answer import (
     distrusted_line,
     identification_remarks,
-    labelled,
     model_lines,
-    next_lines,
     trust_lines,
     trusted_line,
 )
+from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_report import promise_view
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.identification_tables import designs_view, identification_view

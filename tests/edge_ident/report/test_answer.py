@@ -13,7 +13,13 @@ from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
-from edge_ident.report import diagnosis_answer, identification_answer, outcome_view
+from edge_ident.report import (
+    GainReport,
+    diagnosis_answer,
+    gain_report_view,
+    identification_answer,
+    outcome_view,
+)
 from edge_ident.report.intervals import interval_texts
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
@@ -121,6 +127,15 @@ def test_each_remark_is_said_once_for_all_axes(identified: Identification) -> No
 def test_an_identification_ends_with_what_to_do(identified: Identification) -> None:
     assert block(identification_answer(identified))[-1].startswith("next: edge-ident gains")
     assert block(identification_answer(doubted(identified, "x")))[-1] == "next: check the units"
+
+
+def test_what_became_of_committed_gains_stands_before_the_tables(outcome: Outcome) -> None:
+    change = GainChange(False, verification=Verification({"x": WORSE, "z": WORSE}))
+    report = GainReport(4711, outcome.gains_before, outcome.gains_before, change=change)
+    first, second, *tables = lines(gain_report_view(report))
+    assert first == f"gains: {change.conclusion}"
+    assert second == f"next: {change.next_step}"
+    assert tables[0].startswith("board 4711, axis x: gains")
 
 
 def test_a_diagnosis_tells_causes_validation_and_where_to_look() -> None:
