@@ -35,7 +35,6 @@ _ONE_SPEED: Final = 0.1
 """Standard deviation of the velocity over its mean, up to which an axis keeps one speed."""
 _BEYOND_NOISE: Final = 2.0
 """What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
-_LATE: Final = "effort_late"
 _INDEPENDENT_EXCITATION: Final = (
     "record a motion that does not depend on the axis: a reference that moves, such as "
     "--motion multisine"
@@ -107,20 +106,13 @@ def contradicted(efforts: Sequence[Sequence[Finding]]) -> bool:
 def effort_findings(recordings: Sequence[Recording], name: str) -> list[list[Finding]]:
     """Check the effort of one axis against its motion, as identification does.
 
-    None of its doubts about a parameter forbids a cause. At one frequency a spring makes the effort
-    late: it is not, where a motion at several frequencies shows that it is in time.
+    None of its doubts about a parameter forbids a cause.
     """
-    every = [_checked(recording, name) for recording in recordings]
-    lively = [found for found, one_line in every if not one_line]
-    in_time = bool(lively) and not any(f.code == _LATE for found in lively for f in found)
-    return [
-        [f for f in found if not (one_line and in_time and f.code == _LATE)]
-        for found, one_line in every
-    ]
+    return [_checked(recording, name) for recording in recordings]
 
 
-def _checked(recording: Recording, name: str) -> tuple[list[Finding], bool]:
-    """Findings against an effort, and whether its motion has one frequency."""
+def _checked(recording: Recording, name: str) -> list[Finding]:
+    """Findings against the effort of an axis in one recording."""
     axis = recording.axes[name]
     signals = condition(
         recording.time_s, axis.position, axis.effort, effort_shift_s=recording.effort_shift_s
@@ -128,8 +120,7 @@ def _checked(recording: Recording, name: str) -> tuple[list[Finding], bool]:
     part = least_squares.estimation_part(signals)
     effort = signals.effort[part.samples]
     doubts = check_estimate(least_squares.fit(signals, part), part.columns, effort, 0.0)
-    line = strongest_line(signals.regressor[:, 1], signals.period_s, signals.cutoff_hz)
-    return check_effort(signals, part) + _doubts(doubts), line.share >= ONE_LINE
+    return check_effort(signals, part) + _doubts(doubts)
 
 
 def _doubts(doubts: Sequence[Finding]) -> list[Finding]:
@@ -162,6 +153,27 @@ def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[F
     jacobian = np.hstack([columns, extended.jacobian[:, len(PARAMETERS) :]])[data.valid]
     others = extended.predicted - extended.jacobian @ extended.linear_parameters
     return unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
+
+
+def undetermined_delay(late_s: float, left: float) -> Finding:
+    """What forbids to name causes that a shift of the effort explains about as well.
+
+    Parameters
+    ----------
+    late_s : float
+        By which the effort is late then.
+    left : float
+        What the base model leaves then, rms, over the effort's.
+    """
+    return Finding(
+        "undetermined_delay",
+        f"{'later' if late_s > 0.0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
+        f"motion about as well without any cause: {left:.1%} of it is left. The motion has one "
+        "frequency, and so cannot tell a cause from two columns with clocks of their own",
+        "record a motion of several frequencies, such as --motion multisine, and both columns at "
+        "once",
+        blocks=True,
+    )
 
 
 def _parts(

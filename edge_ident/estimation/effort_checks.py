@@ -15,7 +15,7 @@ from edge_ident.estimation.least_squares import EstimationPart, motion_noise
 from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.motion_lines import ONE_LINE, Line, strongest_line
+from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
 
 Array = NDArray[np.float64]
 
@@ -37,8 +37,6 @@ _REACH_S: Final = 0.25
 """Largest shift that is tried."""
 _REACH: Final = 0.1
 """Largest shift that is tried, as a share of the record."""
-_PHASE: Final = 0.05
-"""Largest shift that is tried, in periods of a motion that has one frequency."""
 _STEPS_PER_PERIOD: Final = 8
 """Shifts that are tried in a cut-off period."""
 _FALLS: Final = 0.5
@@ -152,14 +150,16 @@ def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
     ]
 
 
-def _recorded_late(
-    signals: Signals, part: NDArray[np.intp], reach_s: float = _REACH_S
-) -> list[Finding]:
-    """An effort that fits the motion only a good while earlier or later."""
+def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+    """An effort that fits the motion only a good while earlier or later.
+
+    At one frequency a shift is any phase, and a spring, a hysteresis or a vibration in the loop
+    makes what else it changes. So nothing is said there.
+    """
     period_s = signals.period_s
     border_s = max(_LONG_S, _FEW_SAMPLES * signals.recorded_period_s)
     step = max(1, int(1.0 / (_STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
-    reach = int(min(reach_s / period_s, _REACH * len(signals.effort)) / step)
+    reach = int(min(_REACH_S / period_s, _REACH * len(signals.effort)) / step)
     shifts = step * np.arange(-reach, reach + 1)
     inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
     inside = inside[:: -(-len(inside) // _MOST) or 1]
@@ -172,9 +172,8 @@ def _recorded_late(
     late_s = float(shifts[best]) * period_s
     if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
         return []
-    sensible_s = _reach_s(signals)  # asked only here, because no shift fits as a rule
-    if sensible_s < reach_s:
-        return _recorded_late(signals, part, sensible_s)
+    if _one_line(signals):  # asked only here, because no shift fits as a rule
+        return []
     away = _away_from_reversals(signals, inside, int(shifts[best]))
     judged = len(away) >= _FEWEST
     if judged and not _shifted(signals, inside, away, int(shifts[best])):
@@ -239,20 +238,13 @@ def _left_of(efforts: Array, basis: Array) -> Array:
     return np.asarray(np.sqrt(lengths[0] / np.maximum(lengths[1], _TINY)))
 
 
-def _reach_s(signals: Signals) -> float:
-    """Largest shift that makes sense: at one frequency a shift is any phase."""
-    line = _line(signals)
-    if line.share < ONE_LINE:
-        return _REACH_S
-    return min(_REACH_S, _PHASE / line.frequency_hz)
-
-
-def _line(signals: Signals) -> Line:
-    """The strongest line of the velocity, from as many samples as its bandwidth needs."""
+def _one_line(signals: Signals) -> bool:
+    """Whether the velocity has one frequency, from as many samples as its bandwidth needs."""
     step = max(1, int(1.0 / (_LINE_RATE * signals.cutoff_hz * signals.period_s)))
     velocity = signals.regressor[:_LINE_SAMPLES:step, 1]
     whole = len(velocity) - len(velocity) % _DIVISOR
-    return strongest_line(velocity[:whole], step * signals.period_s, signals.cutoff_hz)
+    line = strongest_line(velocity[:whole], step * signals.period_s, signals.cutoff_hz)
+    return line.share >= ONE_LINE
 
 
 def _unrelated(columns: Columns, effort: Array) -> list[Finding]:

@@ -35,11 +35,10 @@ _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
-_OF_THE_MOTION: Final = ("inseparable", "negative_", "undetermined_", "effort_late")
+_OF_THE_MOTION: Final = ("inseparable", "negative_", "undetermined_")
 """Beginnings of the codes of findings that a livelier motion settles."""
-_SPRING: Final = "inertia cannot be told from a spring"
-_SPOKEN: Final = {"negative_inertia": _SPRING, "effort_late": _SPRING}
-"""At one frequency, the effort of a spring is that of a negative inertia, and late."""
+_SPOKEN: Final = {"negative_inertia": "inertia cannot be told from a spring"}
+"""At one frequency, the effort of a spring is that of a negative inertia."""
 _TINY: Final = np.finfo(float).tiny
 
 

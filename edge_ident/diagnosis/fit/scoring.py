@@ -63,8 +63,6 @@ class ResidualSubspace:
         Orthonormal.
     key : hashable
         What makes the basis, where the efforts of the model add up; otherwise None.
-    untimed : ResidualSubspace or None
-        The same without timing, for a delay that takes its place.
     """
 
     data: AxisData
@@ -72,7 +70,6 @@ class ResidualSubspace:
     residual: Array
     basis: Array
     key: Hashable = None
-    untimed: Self | None = None
 
     @classmethod
     def of(cls, data: AxisData, fitted: FittedModel, *, held: bool = False) -> Self:
@@ -85,18 +82,11 @@ class ResidualSubspace:
         """
         residual = (data.effort - fitted.predicted)[data.valid]
         jacobian = (fitted.jacobian if held else _released(fitted))[data.valid]
-        untimed = None
-        if data.late:
-            recordings = len(data.segments)
-            shifted = (data.timing_columns @ fitted.own[:recordings])[data.valid]
-            timing = len(fitted.base) + np.arange(recordings)
-            others = orthonormal(np.delete(jacobian, timing, axis=1))
-            untimed = cls(data, fitted.axis, residual + shifted, others)
         key = None
         if additive(fitted.template, fitted.terms):
             terms = ((t.candidate, *t.nonlinear.values()) for t in fitted.terms)
             key = (held, fitted.free.tobytes(), *terms)
-        return cls(data, fitted.axis, residual, orthonormal(jacobian), key, untimed)
+        return cls(data, fitted.axis, residual, orthonormal(jacobian), key)
 
     @cached_property
     def left(self) -> Array:
@@ -174,20 +164,12 @@ class ResidualSubspace:
         for candidate, points in library.points.items():
             if candidate.effect in without:
                 continue
-            if self._of(candidate) is self:
-                component, product = components[candidate], products[candidate]
-                grid = grids[candidate]
-                errors, linear = self._fitted(candidate, points, component, product)
-                for part in _parts(candidate, points, starts):
-                    found.append(_best(candidate, points, errors, linear, grid, part))
-            else:
-                rows = library[candidate]
-                found.append(self.score_at(candidate, points, rows, grids[candidate]))
+            component, product = components[candidate], products[candidate]
+            grid = grids[candidate]
+            errors, linear = self._fitted(candidate, points, component, product)
+            for part in _parts(candidate, points, starts):
+                found.append(_best(candidate, points, errors, linear, grid, part))
         return [scored for scored in found if np.isfinite(scored.error)]
-
-    def _of(self, candidate: Candidate) -> "ResidualSubspace":
-        """The subspace that a candidate is scored on: a delay takes the place of timing."""
-        return self.untimed if candidate.delays and self.untimed is not None else self
 
     def score_at(
         self, candidate: Candidate, nonlinear: Grid, rows: Array, grid: Grid
@@ -197,11 +179,11 @@ class ResidualSubspace:
 
     def _fit(self, candidate: Candidate, nonlinear: Grid, rows: Array) -> tuple[Array, Array]:
         """Errors (D,) and linear parameters (D, k) of regressors (D, k, n)."""
-        of, flat = self._of(candidate), rows.reshape(-1, rows.shape[-1])
+        flat = rows.reshape(-1, rows.shape[-1])
         gram = rows @ rows.transpose(0, 2, 1)
-        component = Orthogonal.of(gram, (flat @ of.basis).reshape(*rows.shape[:2], -1))
-        product = (flat @ of.left).reshape(rows.shape[:2])
-        return of._fitted(candidate, nonlinear, component, product)
+        component = Orthogonal.of(gram, (flat @ self.basis).reshape(*rows.shape[:2], -1))
+        product = (flat @ self.left).reshape(rows.shape[:2])
+        return self._fitted(candidate, nonlinear, component, product)
 
     def _fitted(
         self, candidate: Candidate, nonlinear: Grid, component: Orthogonal, product: Array

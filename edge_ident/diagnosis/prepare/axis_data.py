@@ -37,8 +37,9 @@ class AxisData:
     valid : (n,) array of bool
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
-    late : bool
-        Whether one is late by more than a controller's timing can be. Then all stay as they are.
+    late_s : float
+        By about how much one is late, where that is more than a controller's timing can be: then
+        all stay as they are. Zero otherwise.
     own : tuple of str
         Base parameters of which each recording has a value of its own.
     cache : dict
@@ -51,10 +52,15 @@ class AxisData:
     effort: Array
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
-    late: bool
+    late_s: float
     own: tuple[str, ...] = ("offset",)
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
     results: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
+
+    @property
+    def late(self) -> bool:
+        """Whether an effort is late by more than a controller's timing can be."""
+        return self.late_s != 0.0
 
     @property
     def reverses(self) -> bool:
@@ -174,11 +180,24 @@ class AxisData:
 
     def with_valid(self, samples: NDArray[np.bool_]) -> "AxisData":
         """The same with more samples (n,) valid."""
+        return self._with_only(self.valid | samples)
+
+    def without_ends(self, by_s: float) -> "AxisData":
+        """The same where no sample is valid that a shift by some time joins with what was not
+        recorded."""
+        return self._with_only(self.valid & ~self.near_ends(by_s))
+
+    def near_ends(self, by_s: float) -> NDArray[np.bool_]:
+        """Such samples, (n,)."""
+        return np.concatenate([s.near_ends(by_s) for s in self.segments])
+
+    def _with_only(self, valid: NDArray[np.bool_]) -> "AxisData":
+        """The same with these samples (n,) valid."""
         segments = tuple(
-            replace(s, valid=s.valid | part)
-            for s, part in zip(self.segments, self.by_segment(samples), strict=True)
+            replace(s, valid=part)
+            for s, part in zip(self.segments, self.by_segment(valid), strict=True)
         )
-        return replace(self, segments=segments, valid=self.valid | samples, cache={})
+        return replace(self, segments=segments, valid=valid, cache={})
 
     def from_start(self) -> "AxisData":
         """The same with the samples of the start among those that are compared, and not valid."""

@@ -98,7 +98,7 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=np.concatenate([s.valid for s in segments]),
         block=_blocks(segments),
-        late=found.late,
+        late_s=found.late_s,
     )
 
 

@@ -137,6 +137,14 @@ class Segment:
             cache={},
         )
 
+    def near_ends(self, by_s: float) -> NDArray[np.bool_]:
+        """Samples (n,) that a shift by some time, or the filter, joins with what was not recorded
+        before the start or after the end."""
+        time_s = self.period_s * self.sample_index
+        end_s = self.raw_period_s * (len(self.raw_effort) - 1)
+        to_end_s = np.minimum(time_s, end_s - time_s)
+        return np.asarray(to_end_s < abs(by_s) + 1.0 / self.cutoff_hz)
+
     @property
     def direction_known(self) -> NDArray[np.bool_]:
         """Samples (N,), from the first to the last compared, whose direction is not unknown."""

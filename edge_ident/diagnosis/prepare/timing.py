@@ -33,6 +33,10 @@ SHARE_OF_DELAY: Final = 0.5
 model asks for a shift as well, and for a smaller share."""
 _STEPS: Final = 3
 """Of the estimation of a delay of many samples, whose effect is not linear."""
+_REACH_S: Final = 0.25
+"""Largest shift that is tried: no loop that is later can follow a motion at all."""
+SHIFT_STEP: Final = 0.125
+"""Step between shifts that are tried, in cut-off periods."""
 _FAR: Final = 2.0
 """Times the limit of timing."""
 _MOVES: Final = 2
@@ -53,12 +57,13 @@ class Timed:
     Attributes
     ----------
     segments : tuple of Segment
-    late : bool
-        Whether one is late by more than a controller's timing can be. Then all stay as they are.
+    late_s : float
+        By about how much one is late, where that is more than a controller's timing can be: then
+        all stay as they are. Zero otherwise.
     """
 
     segments: tuple[Segment, ...]
-    late: bool
+    late_s: float
 
 
 def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
@@ -71,12 +76,32 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
         False leaves every effort where it is.
     """
     shifts = tuple(_Signals.of(s).shift(s) for s in segments)
-    late = any(map(_late, segments, shifts))
-    if late:
-        return Timed(tuple(map(out_of_step, segments, shifts)), late)
+    for segment, shift in zip(segments, shifts, strict=True):
+        if _late(segment, shift):
+            return Timed(tuple(map(out_of_step, segments, shifts)), shift.unlimited_s)
     if move:
         segments = [_in_step(s) for s in segments]
-    return Timed(tuple(map(_with_timing, segments)), late)
+    return Timed(tuple(map(_with_timing, segments)), 0.0)
+
+
+def far_shift_s(segments: Sequence[Segment], reach_s: float) -> float:
+    """The shift, common to all recordings, at which the base model leaves least.
+
+    Along one sinusoid the slow part of an effort tells no shift: it is as well a phase, which
+    inertia and viscous friction share. What reverses then tells it, and the shifts are tried.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+    reach_s : float
+        Largest shift that makes sense.
+    """
+    step_s = SHIFT_STEP / max(s.cutoff_hz for s in segments)
+    count = int(min(reach_s, _REACH_S) / step_s)
+    shifts = step_s * np.arange(-count, count + 1)
+    inner = [replace(s, valid=s.valid & ~s.near_ends(shifts[-1])) for s in segments]
+    left = [sum(_Signals.of(s.in_step(float(shift))).left for s in inner) for shift in shifts]
+    return float(shifts[np.argmin(left)])
 
 
 def out_of_step(segment: Segment, shift: Shift) -> Segment:

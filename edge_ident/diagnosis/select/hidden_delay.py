@@ -4,20 +4,27 @@ An effort is late where the delay is most of what the base model leaves (`prepar
 ripple, say, it is little of that, and only timing up to its limit is in the model. What timing
 lacks then looks like a dead band or like friction that follows the load, and a delay of many
 samples like a compliance. So a delay is fitted beside the causes that were found.
+
+Along one sinusoid the base model takes a delay's phase for inertia and friction, and play has what
+it leaves. So a delay is fitted there alone as well, from the shift that leaves least. Where the
+encoder hides by a little when the axis turns, play fits even better: it is doubtful then.
 """
 
+import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from edge_ident.diagnosis.fit.candidates import Candidate
+import numpy as np
+import scipy.optimize
+
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedTerm, delayed, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed
+from edge_ident.diagnosis.fit.late import delay, fit_late
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, out_of_step
-from edge_ident.diagnosis.select.selection import Selected
-from edge_ident.model.effect import Effect
-from edge_ident.model.effects import catalogue
+from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, SHIFT_STEP, far_shift_s, out_of_step
+from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.timing import within_limits
 
@@ -39,16 +46,68 @@ def delayed_data(selected: Selected) -> AxisData | None:
     search, start, data = selected.search, selected.start, selected.search.data
     if data.late or delayed(start.template):
         return None
-    no_delay = _no_delay()
+    from_s = _along_one_sinusoid(selected)
     recorded = _out_of_step(data, 0.0)
-    for beside in causes_in_turn(selected):
+    if from_s:
+        recorded = recorded.without_ends(from_s)
+    for beside in causes_in_turn(selected, none=from_s != 0.0):
         without = search.fit(start.base, beside)
-        model = fit(recorded, start.template, without.base, (*beside, no_delay))
+        model = fit_late(recorded, start.template, without.base, without.terms, from_s)
         late_s = next(iter(model.terms[-1].linear.values()))
         beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
         if beyond and model.error < (1.0 - SHARE_OF_DELAY) * without.error:
-            return _out_of_step(data, late_s)
+            return _out_of_step(data, late_s).without_ends(late_s)
     return None
+
+
+@dataclass(frozen=True)
+class InStep:
+    """An effort that was moved by many samples.
+
+    Attributes
+    ----------
+    late_s : float
+        By which it was late.
+    left : float
+        What the base model leaves of it, rms, over the effort's.
+    """
+
+    late_s: float
+    left: float
+
+
+def in_step_instead(selected: Selected) -> InStep | None:
+    """A shift of the effort that explains, alone, about as much as causes along one sinusoid.
+
+    Parameters
+    ----------
+    selected : Selected
+        Without a delay.
+
+    Returns
+    -------
+    InStep or None
+        None where the causes explain decidedly more.
+    """
+    search, model, data = selected.search, selected.supported.model, selected.search.data
+    from_s = 0.0 if selected.late or not model.terms else _along_one_sinusoid(selected)
+    if not from_s:
+        return None
+
+    step_s = SHIFT_STEP / max(s.cutoff_hz for s in data.segments)
+    around, inner = (from_s - step_s, from_s + step_s), data.without_ends(abs(from_s) + step_s)
+
+    def moved(late_s: float) -> FittedModel:
+        segments = tuple(s.in_step(float(late_s)) for s in inner.segments)
+        return fitted_base(inner.with_efforts_of(segments), selected.start.template)
+
+    best = scipy.optimize.minimize_scalar(lambda s: moved(s).error, bounds=around)
+    criterion = search.criterion
+    shift = math.log(criterion.samples)
+    if criterion.misfit(best.fun) + shift > criterion.value(model) + DECISIVE.value:
+        return None
+    left = math.sqrt(best.fun / np.sum(np.square(data.effort[data.valid])))
+    return InStep(float(best.x), left)
 
 
 def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
@@ -62,7 +121,7 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
         Whether nothing comes first where there are no vibrations.
     """
     data, model = selected.search.data, selected.supported.model
-    like_delays = _delay().search.alternatives
+    like_delays = delay().search.alternatives
     shares = own_shares(data, model, base_space(data, selected.start))
     pairs = list(zip(shares, model.terms, strict=True))
     ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
@@ -73,20 +132,18 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
         yield (*vibrations, *causes[:count])
 
 
-def _delay() -> Effect:
-    """The effect that shifts the effort."""
-    return next(effect for effect in catalogue().values() if effect.effort_delay)
-
-
-def _no_delay() -> FittedTerm:
-    """The same, by nothing."""
-    effect = _delay()
-    (form,) = effect.search.forms
-    return FittedTerm(Candidate(effect.name, form), {}, {effect.effort_delay: 0.0})
+def _along_one_sinusoid(selected: Selected) -> float:
+    """The shift in s at which the base model leaves least along one sinusoid, if it leaves more
+    than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
+    search = selected.search
+    room = search.criterion.room(selected.start, search.noise)
+    if search.data.several_speeds or room <= search.added.value:
+        return 0.0
+    return far_shift_s(search.data.segments, 0.5 * math.pi / search.excitation.turning_rate)
 
 
 def _out_of_step(data: AxisData, late_s: float) -> AxisData:
     """The same data, with every effort where it was recorded."""
     shifts = [within_limits(late_s, 0.0, s.raw_period_s) for s in data.segments]
     segments = tuple(map(out_of_step, data.segments, shifts))
-    return replace(data.with_efforts_of(segments), late=True)
+    return replace(data.with_efforts_of(segments), late_s=late_s)

@@ -27,6 +27,8 @@ def with_hidden_events(data: AxisData, model: FittedModel, inertia: float) -> Ax
     whole = data if remembers(model.axis.terms) else data.from_start()
     residual = whole.effort - fit(whole, model.template, model.base, model.terms).predicted
     hidden = whole.exceeds_aliasing(residual, inertia)
+    if whole.late:
+        hidden &= ~whole.near_ends(whole.late_s)
     added = [
         np.arange(len(s.sample_index)) < len(s.sample_index) - len(before.sample_index)
         for s, before in zip(whole.segments, data.segments, strict=True)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import (
     Candidate,
-    cached_regressors,
     candidates,
     grid,
 )
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
 from edge_ident.diagnosis.fit.grid_rows import Searched, grid_rows, kept_rows
+from edge_ident.diagnosis.fit.late import rows_beside, scored_late
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.refinement import Refinements
@@ -246,9 +246,10 @@ class Search:
         library, coarse = self.data.results.get(key, (None, []))
         if library is not self.library:
             following = self._following_loads(fitted)
-            apart = without.union(c.effect for c in following)
-            scored = of.score_library(self.library, self.grids, apart)
-            coarse = [self._as_fitted(fitted, s) if s.candidate.delays else s for s in scored]
+            delays = [c for c in self.library if c.delays]
+            apart = without.union(c.effect for c in (*following, *delays))
+            coarse = of.score_library(self.library, self.grids, apart)
+            coarse += [scored_late(self.data, fitted) for c in delays if c.effect not in without]
             coarse += [
                 of.score(c, self.library.points[c], self.grids[c])
                 for c in following
@@ -291,9 +292,8 @@ class Search:
         """Whether a candidate is physical, and more than encoder noise."""
         if not excited(term, self.excitation):
             return False
-        valid, of_term = self.data.valid, (fitted.axis, term.candidate, term.nonlinear)
-        rows = cached_regressors(self.data, *of_term)
+        valid, rows = self.data.valid, rows_beside(self.data, fitted, term, self.data)
         if not measurable(term, rows, self.excitation):
             return False
-        replica = cached_regressors(self.noise_replica, *of_term)
+        replica = rows_beside(self.data, fitted, term, self.noise_replica)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis import recording_checks
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -154,31 +153,6 @@ def test_one_frequency_and_one_speed_limit_what_a_recording_shows() -> None:
         codes = found(Recording(time_s, {"m": axis}, "motor"), "m")
         assert ("one_speed" in codes) == caught
     assert "one_speed" not in found(plant(None, stairs(4000), 1), "x")
-
-
-@pytest.mark.parametrize(
-    ("sinusoid", "lively", "left"),
-    [
-        (True, False, [False, False]),
-        (True, True, [True, True]),
-        (False, True, [False, True]),
-    ],
-)
-def test_an_effort_is_not_late_at_one_frequency_where_several_show_it_in_time(
-    monkeypatch: pytest.MonkeyPatch, sinusoid: bool, lively: bool, left: list[bool]
-) -> None:
-    """At one frequency a spring delays the effort as another clock does."""
-    late = Finding("effort_late", "", "", blocks=True)
-    said = iter([[late] if sinusoid else [], [late] if lively else []])
-    monkeypatch.setattr(recording_checks, "check_effort", lambda *_: next(said))
-    recordings = [plant(None, motion, 1) for motion in (paper(1000), multisine(1000))]
-    assert [late in found for found in effort_findings(recordings, "x")] == left
-
-
-def test_one_late_recording_stays_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    late = Finding("effort_late", "", "", blocks=True)
-    monkeypatch.setattr(recording_checks, "check_effort", lambda *_: [late])
-    assert late in effort_findings([plant(None, paper(4000), 1)], "x")[0]
 
 
 def test_lines_of_a_motion_their_harmonics_and_combinations() -> None:
