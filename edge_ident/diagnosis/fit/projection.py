@@ -53,41 +53,39 @@ class Orthogonal:
         inverse, new = _inverse(gram / (length[:, :, None] * length[:, None, :]), new)
         return cls(energy[:, 0], length, inverse, new)
 
-    def fit(self, candidate: Candidate, right: Array, total: float) -> tuple[Array, Array]:
+    def fit(self, right: Array, total: float, low: Array, high: Array) -> tuple[Array, Array]:
         """Errors and linear parameters of the D regressors at their least-squares fit.
 
         Parameters
         ----------
-        candidate : Candidate
-            That the regressors belong to.
         right : (D, k) array
             Scalar products with the residual of the model, orthogonal to its Jacobian.
         total : float
             Energy of this residual.
+        low, high : (k,) or (D, k) arrays
+            Bounds of the linear parameters; empty for forms without any.
 
         Returns
         -------
         (D,) and (D, k) arrays
             Sums of squares, infinite for what is unphysical or nothing new; and the parameters.
         """
-        if not candidate.form.linear:
+        if not low.size:
             left = total - 2.0 * right[:, 0] + self.energy
             return np.maximum(left, _TINY), np.ones((len(right), 0))
         right = right / self.length
         normalized = np.einsum("dkl,dl->dk", self.inverse, right)
         errors = np.maximum(total - np.einsum("dk,dk->d", normalized, right), _TINY)
         linear = normalized / self.length
-        low, high = _bounds(candidate)
         physical = np.all((linear >= low) & (linear <= high), axis=1)
         return np.where(self.new & physical, errors, np.inf), linear
 
 
 @cache
-def _bounds(candidate: Candidate) -> tuple[Array, Array]:
-    """Lowest and highest linear parameters, (k,) each."""
+def bounds_of(candidate: Candidate) -> Array:
+    """Lowest and highest linear parameters of a candidate, (2, k)."""
     bounds = named(candidate.effect).bounds
-    low, high = np.array([bounds[name] for name in candidate.form.linear]).T
-    return low, high
+    return np.array([bounds[name] for name in candidate.form.linear]).reshape(-1, 2).T
 
 
 def _inverse(gram: Array, new: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:

@@ -1,7 +1,7 @@
 """Scores of candidates on the residual of a model."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Self
 
@@ -19,7 +19,7 @@ from edge_ident.diagnosis.fit.candidates import (
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.ignored_commands import ignored_command_penalty
 from edge_ident.diagnosis.fit.library import Grid, Library
-from edge_ident.diagnosis.fit.projection import Orthogonal, orthonormal
+from edge_ident.diagnosis.fit.projection import Orthogonal, bounds_of, orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
@@ -36,18 +36,30 @@ class ScoredCandidate:
     term : FittedTerm
     error : float
         Sum of squared residuals over the valid samples.
-    on_edge : bool
-        Whether a nonlinear parameter lies at the end of its grid.
+    grid : Grid
+        The whole range that was searched.
     """
 
     term: FittedTerm
     error: float
-    on_edge: bool = False
+    grid: Grid = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def candidate(self) -> Candidate:
         """The candidate itself."""
         return self.term.candidate
+
+    @property
+    def on_edge(self) -> bool:
+        """Whether a nonlinear parameter lies at the end of its grid."""
+        closed = set(self.candidate.form.nonlinear) - set(
+            named(self.candidate.effect).search.open_ended
+        )
+        for name in closed.intersection(self.grid):
+            low, high = float(np.min(self.grid[name])), float(np.max(self.grid[name]))
+            if low < high and self.term.nonlinear[name] in (low, high):
+                return True
+        return False
 
 
 @dataclass(frozen=True)
@@ -59,8 +71,9 @@ class ResidualSubspace:
     data : AxisData
     axis : AxisModel
     residual : (n,) array
+    jacobian : (n, P) array
     basis : (n, R) array
-        Orthonormal.
+        Orthonormal; it spans the same.
     key : hashable
         What makes the basis, where the efforts of the model add up; otherwise None.
     """
@@ -68,6 +81,7 @@ class ResidualSubspace:
     data: AxisData
     axis: AxisModel
     residual: Array
+    jacobian: Array
     basis: Array
     key: Hashable = None
 
@@ -86,7 +100,7 @@ class ResidualSubspace:
         if additive(fitted.template, fitted.terms):
             terms = ((t.candidate, *t.nonlinear.values()) for t in fitted.terms)
             key = (held, fitted.free.tobytes(), *terms)
-        return cls(data, fitted.axis, residual, orthonormal(jacobian), key)
+        return cls(data, fitted.axis, residual, jacobian, orthonormal(jacobian), key)
 
     @cached_property
     def left(self) -> Array:
@@ -159,16 +173,15 @@ class ResidualSubspace:
             A candidate that a descent refines comes at the best of so many parts of the range of
             its first nonlinear parameter.
         """
-        components, products = library.orthogonal(self.basis, self.key), library.products(self.left)
+        fits = library.fits(self.basis, self.jacobian, self.left, self.key)
         found = []
         for candidate, points in library.points.items():
             if candidate.effect in without:
                 continue
-            component, product = components[candidate], products[candidate]
-            grid = grids[candidate]
-            errors, linear = self._fitted(candidate, points, component, product)
+            errors, linear = fits[candidate]
+            errors = self._penalized(candidate, points, errors, linear)
             for part in _parts(candidate, points, starts):
-                found.append(_best(candidate, points, errors, linear, grid, part))
+                found.append(_best(candidate, points, errors, linear, grids[candidate], part))
         return [scored for scored in found if np.isfinite(scored.error)]
 
     def score_at(
@@ -183,19 +196,18 @@ class ResidualSubspace:
         gram = rows @ rows.transpose(0, 2, 1)
         component = Orthogonal.of(gram, (flat @ self.basis).reshape(*rows.shape[:2], -1))
         product = (flat @ self.left).reshape(rows.shape[:2])
-        return self._fitted(candidate, nonlinear, component, product)
-
-    def _fitted(
-        self, candidate: Candidate, nonlinear: Grid, component: Orthogonal, product: Array
-    ) -> tuple[Array, Array]:
-        """The same from the products (D, k) of the regressors with the residual."""
         total = float(self.left @ self.left)
-        errors, linear = component.fit(candidate, product, total)
-        if named(candidate.effect).overrides("withheld"):
-            fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
-            penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
-            errors = errors * penalty
-        return errors, linear
+        errors, linear = component.fit(product, total, *bounds_of(candidate))
+        return self._penalized(candidate, nonlinear, errors, linear), linear
+
+    def _penalized(
+        self, candidate: Candidate, nonlinear: Grid, errors: Array, linear: Array
+    ) -> Array:
+        """Errors (D,) that count what an actuator ignores."""
+        if not named(candidate.effect).overrides("withheld"):
+            return errors
+        fitted = dict(zip(candidate.form.linear, linear.T, strict=True))
+        return errors * ignored_command_penalty(self.data, term(candidate, nonlinear, fitted))
 
 
 def _best(
@@ -211,7 +223,7 @@ def _best(
     at = {name: float(array[best]) for name, array in nonlinear.items()}
     values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
     best_term = FittedTerm(candidate, at, values)
-    return ScoredCandidate(best_term, float(errors[best]), _on_edge(candidate, at, grid))
+    return ScoredCandidate(best_term, float(errors[best]), grid)
 
 
 def _parts(candidate: Candidate, points: Grid, starts: int) -> list[NDArray[np.bool_] | bool]:
@@ -229,12 +241,3 @@ def _released(fitted: FittedModel) -> Array:
     free = fitted.free.copy()
     free[: len(PARAMETERS)] = True
     return np.where(free, fitted.derivatives, 0.0)
-
-
-def _on_edge(candidate: Candidate, at: Mapping[str, float], grid: Grid) -> bool:
-    closed = set(candidate.form.nonlinear) - set(named(candidate.effect).search.open_ended)
-    return any(
-        np.ptp(grid[name]) > 0.0
-        and at[name] in (float(np.min(grid[name])), float(np.max(grid[name])))
-        for name in closed
-    )
