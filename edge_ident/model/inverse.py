@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -51,15 +52,22 @@ def inverse_effort(
     motion, kept = _true_motion(terms, motion, kept)
     if any(effect.follows_base for effect, _, _ in terms):
         motion = _with_base_efforts(motion, terms, others)
-    effort: Array = np.zeros(())
+    resistances = []
     for place, (effect, values, source) in enumerate(terms):
         seen = _with_source(motion, effect, source, others)
-        effort = effort + _resistance(effect, seen, values, kept, (place, source))
+        resistances.append(_resistance(effect, seen, values, kept, (place, source)))
+    effort = _sum(resistances, motion)
     for effect, values, _ in terms:
         effort = effect.command(effort, motion.time_s, values)
     for effect, values, _ in terms:
         effort = effect.recorded(effort, motion.time_s, values)
     return effort
+
+
+def _sum(resistances: Sequence[Array], motion: Motion) -> Array:
+    """Of what terms resist with. What is no more than a zero takes no pass over all samples."""
+    found = [part for part in resistances if part.ndim or part]
+    return reduce(np.add, found) if found else np.zeros(motion.time_s.shape)
 
 
 def _true_motion(

@@ -6,6 +6,8 @@ model (a reconstruction, see `edge_ident.model.model`).
 
 from typing import Final
 
+import numpy as np
+
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import SearchSpec
@@ -34,6 +36,12 @@ class RigidBody(Effect):
     def friction(self, at: Motion, values: Values) -> Array:
         """Coulomb's."""
         return values["coulomb_friction"]
+
+    def resistance(self, motion: Motion, values: Values) -> Array:
+        """All of that; a zero where there is nothing, beside terms that are computed alone."""
+        if not any(value.any() for value in values.values()):
+            return np.zeros(())
+        return super().resistance(motion, values)
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """Inertia of everything that moves with the encoder."""

@@ -11,15 +11,25 @@ def wave(angle: Array, cosine: Array, sine: Array) -> Array:
     if not (sine.any() or cosine.any()):
         return np.zeros(())
     half = np.tan(0.5 * angle)
-    return np.asarray((2.0 * cosine + 2.0 * sine * half) / (1.0 + half * half) - cosine)
+    below = half * half
+    below += 1.0
+    # in place: new memory takes longer than what is computed there
+    found = np.asarray(2.0 * cosine + 2.0 * sine * half)
+    found /= below
+    found -= cosine
+    return found
 
 
 def cosine_and_sine(angle: Array) -> tuple[Array, Array]:
     """Both, from the tangent of half the angle: numpy computes that several times as fast as either
     where the processor has wide vectors, and as fast as both where it has not."""
     half = np.tan(0.5 * angle)
-    share = 2.0 / (1.0 + half * half)
-    return share - 1.0, half * share
+    share = half * half
+    share += 1.0
+    share = 2.0 / share
+    half *= share
+    share -= 1.0
+    return share, half
 
 
 def bump(position: Array, size: Array, place: Array, width: Array) -> Array:

@@ -17,6 +17,7 @@ from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
 from edge_ident.signals.motion_lines import driven, motion_lines
 
 Array = NDArray[np.float64]
+_Part = tuple[Grid, NDArray[np.complex64], NDArray[np.bool_]]
 
 VIBRATION: Final = Candidate(EXTERNAL_VIBRATION.name, EXTERNAL_VIBRATION.search.forms[0])
 """Competes with the causes, and is none."""
@@ -55,7 +56,7 @@ class Spectrum:
         The filter passes a part of what lies between its cut-off and there, and a spring would take
         its place.
         """
-        grids, waves, own = zip(*map(_of_recording, data.segments), strict=True)
+        grids, waves, own = zip(*map(_kept, data.segments), strict=True)
         grid = {name: np.concatenate([part[name] for part in grids]) for name in grids[0]}
         return cls(grid, scipy.linalg.block_diag(*waves), np.concatenate(own))
 
@@ -75,9 +76,16 @@ class Spectrum:
         return {name: values[strongest] for name, values in self.grid.items()}
 
 
-def _of_recording(
-    segment: Segment,
-) -> tuple[Grid, NDArray[np.complex64], NDArray[np.bool_]]:
+def _kept(segment: Segment) -> _Part:
+    """What is computed of a recording once, wherever its effort is moved."""
+    key = (_of_recording, segment.valid.tobytes())
+    if key not in segment.cache:
+        segment.cache[key] = _of_recording(segment)
+    part: _Part = segment.cache[key]
+    return part
+
+
+def _of_recording(segment: Segment) -> _Part:
     """Frequencies of one recording, their exponentials, and which are not those of its motion."""
     time_s = segment.motion.time_s
     begin_s, end_s = float(time_s[0]), float(time_s[-1])
@@ -88,9 +96,9 @@ def _of_recording(
     own = ~driven(frequency_hz, lines, 1.0 / duration_s)
     own[:1] = own[-1:] = False
     compared_s = time_s[segment.sample_index[segment.valid]]
-    angle = 2.0 * np.pi * frequency_hz[:, None] * compared_s
+    angle = -2.0 * np.pi * frequency_hz[:, None] * compared_s
     waves = np.empty(angle.shape, dtype=np.complex64)
-    waves.real, waves.imag = cosine_and_sine(-angle)
+    waves.real, waves.imag = cosine_and_sine(angle)
     place = {"begin": begin_s, "end": end_s, "clock": float(segment.motion.clock)}
     grid = {name: np.full(len(frequency_hz), value) for name, value in place.items()}
     return {"frequency": frequency_hz, **grid}, waves, own

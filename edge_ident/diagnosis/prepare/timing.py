@@ -220,43 +220,27 @@ def _late(segment: Segment, shift: Shift) -> bool:
 
 @dataclass(frozen=True)
 class _Signals:
-    """Columns of the base model, and more, (n, P) and their rates (n, P); the effort and the rate
-    of its slow part (n,); the samples that count (n,); and the rate (n,) of known terms, which are
-    not in the effort."""
+    """Columns of the base model, and more, (n, P) and their rates (n, P); the effort (n,); the
+    samples that count (n,); and a model whose terms are not in the effort, if any."""
 
     columns: Array
     rates: Array
     effort: Array
-    effort_rate: Array
     valid: NDArray[np.bool_]
-    known_rate: Array
+    known: AxisModel | None = None
 
     @classmethod
     def of(cls, segment: Segment) -> Self:
         """The signals of a recording, filtered and weighted as it is compared."""
-        motion, nothing = segment.motion, np.zeros(len(segment.effort))
-        columns = regressor(motion.velocity, motion.acceleration)
-        jerk = np.gradient(motion.acceleration, segment.period_s)
-        rates = [jerk, motion.acceleration, nothing, nothing]
-        effort = slow(segment.raw_effort, segment.timing_hz, segment.raw_period_s)
-        return cls(
-            columns=segment.filter(columns.T).T,
-            rates=segment.filter(np.stack(rates)).T,
-            effort=segment.effort[segment.sample_index],
-            effort_rate=segment.sampled(np.gradient(effort, segment.raw_period_s)),
-            valid=segment.valid,
-            known_rate=np.zeros(len(segment.valid)),
-        )
+        if _of_motion not in segment.cache:
+            segment.cache[_of_motion] = _of_motion(segment)
+        columns, rates = segment.cache[_of_motion]
+        return cls(columns, rates, segment.effort[segment.sample_index], segment.valid)
 
     def beside_terms(self, segment: Segment, axis: AxisModel) -> Self:
         """The same without what the terms of a model add to the base model."""
-        motion, base = segment.motion, axis.parameters
-        added = segment.obeyed_effort(axis) - regressor(motion.velocity, motion.acceleration) @ base
-        return replace(
-            self,
-            effort=self.effort - segment.predicted(axis) + self.columns @ base,
-            known_rate=segment.filter(np.gradient(added, segment.period_s)),
-        )
+        effort = self.effort - segment.predicted(axis) + self.columns @ axis.parameters
+        return replace(self, effort=effort, known=axis)
 
     def beside_friction(self, segment: Segment) -> Self:
         """The same with columns for what a curve of friction adds to the base model."""
@@ -270,15 +254,15 @@ class _Signals:
         )
 
     def shift(self, segment: Segment) -> Shift:
-        """By which the effort is late."""
-        at = self.valid
+        """By which the effort of the recording is late."""
+        at, period_s = self.valid, segment.raw_period_s
+        slow_effort = slow(segment.raw_effort, segment.timing_hz, period_s)
+        rate = segment.sampled(np.gradient(slow_effort, period_s))
+        known_rate = np.zeros(len(at))
+        if self.known is not None:
+            known_rate = segment.filter(np.gradient(_added(segment, self.known), segment.period_s))
         return solve_shift(
-            self.columns[at],
-            self.rates[at],
-            self.effort[at],
-            -self.effort_rate[at],
-            segment.raw_period_s,
-            self.known_rate[at],
+            self.columns[at], self.rates[at], self.effort[at], -rate[at], period_s, known_rate[at]
         )
 
     @property
@@ -292,6 +276,21 @@ class _Signals:
         """Sum of squares that the base model leaves."""
         residual = (self.effort - self.columns @ self.parameters)[self.valid]
         return float(residual @ residual)
+
+
+def _of_motion(segment: Segment) -> tuple[Array, Array]:
+    """Columns (n, 4) of the base model and their rates (n, 4), wherever the effort is moved."""
+    motion, nothing = segment.motion, np.zeros(len(segment.effort))
+    columns = regressor(motion.velocity, motion.acceleration)
+    jerk = np.gradient(motion.acceleration, segment.period_s)
+    rates = np.stack([jerk, motion.acceleration, nothing, nothing])
+    return segment.filter(columns.T).T, segment.filter(rates).T
+
+
+def _added(segment: Segment, axis: AxisModel) -> Array:
+    """Effort (N,) that the terms of a model add to its base model."""
+    columns = regressor(segment.motion.velocity, segment.motion.acceleration)
+    return segment.obeyed_effort(axis) - columns @ axis.parameters
 
 
 def _friction_curve(velocity: Array) -> Array:
