@@ -20,6 +20,7 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.shares import part
+from edge_ident.support.memory import keep
 
 RecordingFiles = Annotated[
     list[Path],
@@ -96,6 +97,7 @@ def diagnose(
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
     check_no_run(results.output)
+    keep()
     with shown_progress() as bars:
         bars.stage("reading")
         recordings = [reading.read(file) for file in files]

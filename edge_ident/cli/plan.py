@@ -13,6 +13,7 @@ from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, drive_for, model_for, named
 from edge_ident.cli.progress import shown_progress
+from edge_ident.support.memory import keep
 
 MotionOutput = Annotated[
     Path | None,
@@ -66,6 +67,7 @@ def plan(
     axes = recordings[0].axes
     limits, known = drive_for(drive, axes), model_for(model, axes)
     say(_whose(drive))
+    keep()
     with shown_progress() as bars:
         diagnosis = edge_ident.diagnose(recordings, model=known, on_progress=bars.show)
         bars.stage("designing the motion")
