@@ -94,7 +94,7 @@ class SampledFilter:
         added = record.reshape(-1, frame) @ self.matrix.reshape(frame, -1)
         added = added.reshape(len(signals), -1, parts, together)
         count = self.frames - parts + 1
-        found = added[:, :count, 0]
+        found = added[:, :count, 0].copy()
         for k in range(1, parts):
-            found = found + added[:, k : k + count, k]
+            found += added[:, k : k + count, k]
         return np.asarray(found.reshape(len(signals), -1)[:, self.places])

@@ -45,13 +45,18 @@ class EncoderEccentricity(Effect):
         """Solve the reading for the position; the chain rule gives speed and acceleration."""
         position = motion.position
         for _ in range(_ITERATIONS):
-            error, slope, bend = _error(position, values)
-            step = (position + error - motion.position) / (1.0 + slope)
+            error, stretch = _error(position, values)
+            stretch += 1.0
+            step = position + error
+            step -= motion.position
+            step /= stretch
             position = position - step
             if np.max(np.abs(step)) < _CONVERGED * np.max(np.abs(motion.position)):
                 break
-        velocity = motion.velocity / (1.0 + slope)
-        acceleration = (motion.acceleration - bend * velocity**2) / (1.0 + slope)
+        velocity = motion.velocity / stretch
+        bend = -((2.0 * np.pi / values["period"]) ** 2) * error
+        acceleration = motion.acceleration - bend * velocity**2
+        acceleration /= stretch
         return replace(motion, position=position, velocity=velocity, acceleration=acceleration)
 
 
@@ -77,13 +82,13 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     return {"cosine": amplitude * cosine, "sine": amplitude * sine, "period": period}
 
 
-def _error(position: Array, values: Values) -> tuple[Array, Array, Array]:
-    """The error, and its first and second derivative by position."""
+def _error(position: Array, values: Values) -> tuple[Array, Array]:
+    """The error, and its derivative by position."""
     rate = 2.0 * np.pi / values["period"]
     cosine, sine = cosine_and_sine(rate * position)
-    error = values["cosine"] * cosine + values["sine"] * sine
-    slope = rate * (values["sine"] * cosine - values["cosine"] * sine)
-    return error, slope, -(rate**2) * error
+    slope = values["sine"] * cosine - values["cosine"] * sine
+    slope *= rate
+    return values["cosine"] * cosine + values["sine"] * sine, slope
 
 
 EFFECT: Final = EncoderEccentricity(
