@@ -41,7 +41,6 @@ def catalogue() -> Mapping[str, Effect]:
     return MappingProxyType({name: module.EFFECT for name, module in modules.items()})
 
 
-@cache
 def named(name: str) -> Effect:
     """The effect of this name, the base term, or an external vibration.
 
