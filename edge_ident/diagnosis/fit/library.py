@@ -135,10 +135,13 @@ class Library:
         Nonlinear parameters at D points of each candidate.
     stacks : tuple of Stack
         The regressors there, and those at points that were added later.
+    whole : dict
+        Regressors (D, k, n) of candidates that were asked for.
     """
 
     points: Mapping[Candidate, Grid]
     stacks: tuple[Stack, ...]
+    whole: dict[Candidate, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]) -> Self:
@@ -153,12 +156,14 @@ class Library:
 
     def __getitem__(self, candidate: Candidate) -> Array:
         """Regressors (D, k, n) of a candidate."""
-        parts = [
-            stack.of_candidate(candidate)
-            for stack in self.stacks
-            if any(candidate in block.points for block in stack.blocks)
-        ]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        if candidate not in self.whole:
+            parts = [
+                stack.of_candidate(candidate)
+                for stack in self.stacks
+                if any(candidate in block.points for block in stack.blocks)
+            ]
+            self.whole[candidate] = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return self.whole[candidate]
 
     def with_points(
         self, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]
@@ -172,7 +177,7 @@ class Library:
                 name: np.concatenate([values, more[name]])
                 for name, values in every[candidate].items()
             }
-        return replace(self, points=every, stacks=(*self.stacks, Stack.of(regressors)))
+        return type(self)(every, (*self.stacks, Stack.of(regressors)))
 
     def at(self, kept: NDArray[np.bool_]) -> Self:
         """The same at fewer of the samples (n,)."""
