@@ -101,22 +101,35 @@ def diagnose(
     with shown_progress() as bars:
         bars.stage("reading")
         recordings = [reading.read(file) for file in files]
-        held_out = reading.read(validate) if validate else None
         known = model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
-            recordings, model=known, validate=held_out, tolerance=tolerance, stability=stability,
-            keep_minor=keep_minor, on_progress=bars.show,
-        )  # fmt: skip
-    folder, model_file = results.output, None
-    if folder:
-        model_file = save_result_model(found.model, files, folder, known)
+            recordings,
+            model=known,
+            validate=reading.read(validate) if validate else None,
+            tolerance=tolerance,
+            stability=stability,
+            keep_minor=keep_minor,
+            on_progress=bars.show,
+        )
+    model_file = None
+    if results.output:
+        model_file = save_result_model(found.model, files, results.output, known)
         source = report.Provenance.of(files, validate)
-        if page == "markdown":
-            written = report.write_markdown(found, [name for name, _ in source.files], folder)
-        else:
-            written = report.write_page(found, source, folder, model_file)
-        say(f"written: {written}")
+        say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.show(report.diagnosis_answer(found, details=details))
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
+
+
+def _written(
+    page: str,
+    found: edge_ident.Diagnosis,
+    source: report.Provenance,
+    folder: Path,
+    model_file: Path | None,
+) -> Path:
+    """The page that was written."""
+    if page == "markdown":
+        return report.write_markdown(found, [name for name, _ in source.files], folder)
+    return report.write_page(found, source, folder, model_file)

@@ -6,7 +6,6 @@ serves loads, friction, memory, actuator, encoder and timing: each effect's file
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -47,14 +46,6 @@ class Candidate:
     effect: str
     form: Form
     source: str | None = None
-
-    def __hash__(self) -> int:
-        """Computed once: a candidate is looked up again and again."""
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        return hash((self.effect, self.form, self.source))
 
     @property
     def parameter_count(self) -> int:
