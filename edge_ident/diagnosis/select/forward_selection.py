@@ -4,10 +4,11 @@ A greedy choice can be wrong where two causes act together. So a few of the best
 at once, and the criterion decides between the finished ones.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.select.acceptance import Evidence, decide
@@ -102,6 +103,18 @@ def first_causes(search: Search, start: FittedModel) -> Selection:
     return Selection(model, search.with_samples(samples))
 
 
+def different_first(scored: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
+    """The best candidate of each kind, and then the others: the beam follows one of each kind.
+
+    Parameters
+    ----------
+    scored : sequence of ScoredCandidate
+        The best first.
+    """
+    best = {_kind(s.candidate): s for s in reversed(scored)}
+    return sorted(scored, key=lambda s: s is not best[_kind(s.candidate)])
+
+
 def _better(fewer: Search, start: FittedModel, model: FittedModel) -> FittedModel:
     """The selection with fewer samples, or what that number leaves of the first model.
 
@@ -165,10 +178,19 @@ def _children(
     scored = [s for s in scored if not s.on_edge]
     least = min((s.error for s in scored), default=0.0)
     followed = [s for s in scored if s.error < FOLLOWED.value * least]
-    for candidate in followed[: BEAM_WIDTH.value]:
+    for candidate in different_first(followed)[: BEAM_WIDTH.value]:
         child = _child(search, parent, candidate)
         if child is not None:
             yield child
+
+
+def _kind(candidate: Candidate) -> tuple[str, str]:
+    """What the beam tells apart: the effect, and the other axis that takes part in it.
+
+    A weight that follows the own angle, and one that follows the sum of both, leave different
+    things for the next cause.
+    """
+    return candidate.effect, candidate.source or ""
 
 
 def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> FittedModel | None:
@@ -203,8 +225,8 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
 
 
 def _distinct(ranked: Iterable[FittedModel]) -> list[FittedModel]:
-    """The first model of each set of effects."""
-    kept: dict[tuple[str, ...], FittedModel] = {}
+    """The first model of each set of kinds."""
+    kept: dict[tuple[tuple[str, str], ...], FittedModel] = {}
     for model in ranked:
-        kept.setdefault(tuple(sorted(t.candidate.effect for t in model.terms)), model)
+        kept.setdefault(tuple(sorted(_kind(t.candidate) for t in model.terms)), model)
     return list(kept.values())

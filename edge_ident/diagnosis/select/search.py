@@ -209,12 +209,13 @@ class Search:
         found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
             gained = before - value(scored)
-            if len(found) == MOST_REFINED.value or gained < promising:
+            refined = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
+            if refined == MOST_REFINED.value or gained < promising:
                 break
             if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
                 break
             best = self._within_bounds(fitted, self._refined(subspace, scored))
-            if self._admissible(best.term, fitted, replica_jacobian):
+            if best not in found and self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
         if self.deep and self.refines and not fitted.terms:  # beside others it takes too long
             descents = self._descents(fitted, subspace, without)
