@@ -40,6 +40,7 @@ from edge_ident.diagnosis.recording_checks import (
     with_unrecorded_axes,
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis, OutsideVibration
+from edge_ident.diagnosis.ripples_above import with_ripples_everywhere
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.shown_in import with_sources
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -182,7 +183,10 @@ def _diagnose_axis(
         content = without_names(content)
     content, out_of_step = orders_in_step(data, template, content, rules.tolerance)
 
-    searched = partial(search_axis, recordings, name, efforts, rules, on_run, data)
+    def searched(axis: AxisModel) -> AxisSearch:
+        found = search_axis(recordings, name, efforts, rules, on_run, data, axis)
+        return with_ripples_everywhere(found, recordings, name, rules.tolerance)
+
     known = with_ripples(template, content, rules.tolerance)
     found = searched(known)
     content = beside_causes(content, found.judged.supported.model, recordings, name, found.data)

@@ -28,7 +28,7 @@ from edge_ident.signals.metrics import rms
 Array = NDArray[np.float64]
 _Grid = tuple[Array, Array]
 
-_ABOVE: Final = 0.2
+ABOVE: Final = 0.2
 """Least share of a sinusoid's energy above the band; the comparison sees the others."""
 _FEWEST_WAVES: Final = 10.0
 """Fewest periods in the travel: a longer wave may be any load along it."""
@@ -218,7 +218,7 @@ def _order_grid(wide: WideSignals, white: bool) -> _Grid:
     rates = np.geomspace(lowest, max(highest, 1.01 * lowest), 200)
     share = wide.energy_above(rates, white=False)
     seen = wide.energy_above(rates, white=white)
-    return rates, np.where(share >= _ABOVE, seen, 0.0) * float(wide.weight @ wide.weight)
+    return rates, np.where(share >= ABOVE, seen, 0.0) * float(wide.weight @ wide.weight)
 
 
 def _near(peak: Peak, rate: float, swept: tuple[float, float], cell: float, order: bool) -> bool:
