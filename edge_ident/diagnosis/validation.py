@@ -11,10 +11,13 @@ models predict the other one. A cause carries over if the residual there is cert
 it; or if it is smaller, and certainly so once the base parameters are fitted to that recording:
 what they got wrong must not hide the cause. The 95 % interval is that of sums over blocks of time,
 because the residual is coloured. What does not carry over leaves the model, the worst first, until
-the rest does and together beats the base model.
+the rest does and together beats the base model. So does a cause that has no certain size any more
+beside what carries over.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +36,7 @@ from edge_ident.diagnosis.measures import CarriedCause, Validation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
+from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.shift_again import in_step_beside
 from edge_ident.diagnosis.structure_elsewhere import leaves_structure, structure_elsewhere
@@ -42,6 +46,8 @@ from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
+
+_UNSIZED: Final = "beside what carries over, its size is as uncertain as it is large"
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,12 @@ class Judged:
 
     def verdict(self, verdict: Verdict) -> Verdict:
         """The verdict of both recordings, from that of the first one."""
-        return Verdict.UNEXPLAINED if self.unexplained else verdict
+        if self.unexplained:
+            return Verdict.UNEXPLAINED
+        nothing_named = all(support.minor for support in self.supported.support)
+        if self.suspected and nothing_named and verdict is Verdict.EXPLAINED:
+            return Verdict.ADEQUATE
+        return verdict
 
     def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
         """Causes for the model file: where another recording judges, none that is tied to time."""
@@ -156,6 +167,8 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         doubtful = weighed
         if rms(left) <= rms(start):
             doubtful = {k: one for k, one in weighed.items() if not one.cause.carries_over}
+        if not doubtful and found is not model:
+            doubtful = _unsized(data, found, kept, weighed)
         if not doubtful:
             break
         worst = min(doubtful, key=lambda k: weighed[k].gain.interval[0])
@@ -191,6 +204,18 @@ class _Weighed:
             return self.cause
         reason = "with it the model predicts the other recording worse than the base model does"
         return replace(self.cause, carries_over=False, reason=reason)
+
+
+def _unsized(
+    data: AxisData, model: FittedModel, places: tuple[int, ...], weighed: Mapping[int, _Weighed]
+) -> dict[int, _Weighed]:
+    """Terms that carry over, of which the first recording shows no certain size any more."""
+    unknown = [k for k, doubtful in zip(places, unsized(data, model), strict=True) if doubtful]
+    return {
+        k: replace(one, cause=replace(one.cause, carries_over=False, reason=_UNSIZED))
+        for k, one in weighed.items()
+        if k in unknown
+    }
 
 
 def _weighed(
