@@ -44,8 +44,9 @@ def _shapes(motion: Motion, values: Values) -> tuple[Array, Array]:
         return at_place, -2.0 * away / float(values["width"]) * at_place
     if not any(np.any(values.get(name, 0.0)) for name in ("cosine", "sine")):
         away = motion.position - float(values.get("centre", 0.0))
-        powers = 2 if np.any(values.get("curvature", 0.0)) else 1
-        return np.stack([away, away**2])[:powers], np.stack([np.ones_like(away), 2 * away])[:powers]
+        given = [name for name in ("curvature", "cubic") if np.any(values.get(name, 0.0))]
+        powers = np.arange(1, 2 + len(given))[:, None]
+        return away**powers, powers * away ** (powers - 1)
     rate = math.tau / float(values["period"])
     cosine, sine = np.cos(rate * motion.position), np.sin(rate * motion.position)
     return np.stack([cosine, sine]), rate * np.stack([-sine, cosine])

@@ -1,7 +1,8 @@
 """A load that depends on position: a spring, a cable chain, the weight of an arm over its angle.
 
-f = stiffness·x + curvature·x² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
-+ bump·exp(-((x - place)/width)²). A hanging arm has a period of 2π rad; a bump is what a cable or
+f = stiffness·x + curvature·x² + cubic·x³ + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
++ bump·exp(-((x - place)/width)²). A cable, a hose or a flexure hardens to both ends, which a third
+power describes. A hanging arm has a period of 2π rad; a bump is what a cable or
 a seal does at one place. The weight of a joint that another joint carries in the same plane follows
 the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The joint that carries the
 other one has both weights. The load is half the sum of the residual's maps over position forward
@@ -46,15 +47,18 @@ class PositionDependentLoad(Effect):
         Parameter("bump", "{effort}", -1e9, 1e9, "largest load at one place", default=0.0),
         Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
         Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
+        Parameter(
+            "cubic", "{effort}/{position}^3", -1e9, 1e9, "of a spring that hardens", default=0.0
+        ),
     )
     carried = True
     takes_source = True
 
     def load(self, at: Motion, values: Values) -> Array:
-        """Parabola, sinusoid and bump."""
+        """Powers, sinusoid and bump."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        load = (values["stiffness"] + values["curvature"] * x) * x
+        load = (values["stiffness"] + (values["curvature"] + values["cubic"] * x) * x) * x
         load = load + wave(angle, values["cosine"], values["sine"])
         load = load + bump(x, values["bump"], values["place"], values["width"])
         if at.source is not None:
@@ -66,7 +70,8 @@ class PositionDependentLoad(Effect):
         """Resonance on the steepest slope, at most ten seconds of travel away."""
         rate = 2.0 * np.pi / values["period"]
         wave = np.hypot(values["cosine"], values["sine"]) * rate
-        bend = 20.0 * np.abs(values["curvature"]) * speed
+        away = 10.0 * speed
+        bend = (2.0 * np.abs(values["curvature"]) + 3.0 * np.abs(values["cubic"]) * away) * away
         slope = np.abs(values["bump"]) / values["width"]  # at its steepest 0.86 of that
         return np.sqrt((np.abs(values["stiffness"]) + bend + wave + slope) / inertia)
 
@@ -113,6 +118,7 @@ EFFECT: Final = PositionDependentLoad(
             Form(("stiffness",)),
             Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
             Form(("stiffness", "curvature")),
+            Form(("stiffness", "curvature", "cubic"), changes=ChangesWith.STROKE),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True),
             Form(

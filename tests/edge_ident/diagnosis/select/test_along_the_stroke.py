@@ -83,3 +83,19 @@ def test_along_one_sinusoid_friction_over_the_speed_is_none_over_the_position(se
     assert not prepare_axis([record], "x").several_speeds
     (cause,) = diagnose([record], stability=False).axes["x"].causes
     assert cause.term.effect == "nonlinear_viscous"
+
+
+def test_a_spring_that_hardens_is_no_inertia_along_one_sinusoid() -> None:
+    """Its third power tells it from the inertia there, once the motion has begun."""
+    t = np.arange(0.0, 25.0, PERIOD_S)
+    begun = np.minimum(t, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(t, 1.0))
+    x = 1.5 * begun * np.sin(2.0 * np.pi * 0.8 * t)
+    v = np.gradient(x, t)
+    spring = (2.0 + 3.0 * np.square(x)) * x
+    record = recorded(t, x, rigid(v, np.gradient(v, t)) + spring, noise=0.05)
+    axis = diagnose([record], stability=False).axes["x"]
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.effect == "position_dependent_load"
+    assert cause.term.values["cubic"] == pytest.approx(3.0, rel=0.03)
+    assert axis.model.parameters[0] == pytest.approx(0.5, rel=0.03)
