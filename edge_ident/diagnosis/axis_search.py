@@ -17,6 +17,7 @@ from edge_ident.diagnosis.select.selection import (
     selected_model,
 )
 from edge_ident.diagnosis.select.shift_again import adequate_data, data_beside_causes
+from edge_ident.diagnosis.structure_elsewhere import leaves_structure
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel
@@ -97,14 +98,14 @@ def search_axis(
         The axis with what it is known to have.
     """
     judged = partial(_judged, recordings, name, efforts, rules, on_run)
-    found = judged(_selected(adequate_data(data, known, rules.tolerance), known))
+    found = judged(_selected(adequate_data(data, known, rules.tolerance), known, rules.tolerance))
     if not found.open:
         return found
     deeper = selected_deeper(found.selected)
     return found if deeper is found.selected else judged(deeper)
 
 
-def _selected(data: AxisData, known: AxisModel) -> Selected:
+def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
     """What is selected where recordings may have friction of their own, and where the effort is
     shifted as it is beside the causes that were found: first those that the grids show."""
     first = first_selected(data, known)
@@ -114,9 +115,18 @@ def _selected(data: AxisData, known: AxisModel) -> Selected:
         moved = other(selected)
         if moved is not None:
             again = selected_model(moved, known, selected.search)
-            timed = again.late or not moved.late
+            timed = _is_late(again, tolerance) or not moved.late
             selected = again if timed and again.better_than(selected) else selected
     return selected
+
+
+def _is_late(selected: Selected, tolerance: float) -> bool:
+    """Whether a delay is among what was selected. Along one sinusoid it has to leave nothing: any
+    phase of what goes on in the loop is a delay there."""
+    data, model = selected.search.data, selected.supported.model
+    if not selected.late or data.several_speeds:
+        return selected.late
+    return not leaves_structure(data, selected.start, model, tolerance)
 
 
 def _judged(
