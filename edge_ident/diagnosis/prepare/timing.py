@@ -58,8 +58,7 @@ class Timed:
     ----------
     segments : tuple of Segment
     late_s : float
-        By about how much one is late, where that is more than a controller's timing can be: then
-        all stay as they are. Zero otherwise.
+        About how late one is, if by more than a controller's timing: then all stay. Else zero.
     """
 
     segments: tuple[Segment, ...]
@@ -88,7 +87,7 @@ def far_shift_s(segments: Sequence[Segment], reach_s: float) -> float:
     """The shift, common to all recordings, at which the base model leaves least.
 
     Along one sinusoid the slow part of an effort tells no shift: it is as well a phase, which
-    inertia and viscous friction share. What reverses then tells it, and the shifts are tried.
+    inertia and viscous friction share. So the shifts are tried.
 
     Parameters
     ----------
