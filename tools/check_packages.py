@@ -7,8 +7,8 @@ It needs no installed package: `build` comes into an environment of its own. Wha
 - The wheel is built from the sdist, so the sdist is complete and installs.
 - The wheel is at most 2.5 MiB: some boards have a slow link. Three quarters are the networks.
 - The wheel holds the tracked files of `edge_ident` and `firmware_interface`, less the simulated
-  FPGA, the reference firmware, and what the register map is generated from, which are for a
-  checkout. It holds no other top-level name: `export`, `tools` and `tests` stay in
+  FPGA, the firmware with its header, and what the register map is generated from, which are for
+  a checkout. It holds no other top-level name: `export`, `tools` and `tests` stay in
   the checkout, because a package of such a name in site-packages would hide another's.
 - From an empty folder, the installed command simulates, identifies with the built-in network,
   and says how to get what is not installed.
@@ -37,6 +37,7 @@ NOT_INSTALLED: Final = (
     ":(exclude)firmware_interface/hdl",
     ":(exclude)firmware_interface/reference_firmware",
     ":(exclude)firmware_interface/register_map.py",
+    ":(exclude)firmware_interface/registers.h",
     ":(exclude)firmware_interface/registers.toml",
 )
 LEFT_OUT: Final = ("export", "tools", "tests", "docs")

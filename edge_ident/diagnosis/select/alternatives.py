@@ -86,10 +86,7 @@ def _described(
 
 
 def _enters(search: Search, rest: FittedModel, other: FittedModel) -> bool:
-    """Whether a model would be accepted without the term that is to be replaced.
-
-    The discrepancy of an effect that is far too large hides that it fits worse than nothing.
-    """
+    """Whether a model would be accepted without the term that is to be replaced."""
     return decide(rest.terms, other.terms, Evidence(search.gain(rest, other))).accepted
 
 

@@ -63,11 +63,17 @@ class Criterion:
 
     def gain(self, before: FittedModel, after: FittedModel) -> float:
         """Gain of a model over another, beyond the discrepancy of either, and as if the encoder
-        noise passed in both as in the one in which more of it does."""
-        discrepancy = max(self.discrepancy(before), self.discrepancy(after))
-        most = max(map(self._encoder_noise, (before, after)))
-        errors = [self.error(model, most) + discrepancy for model in (before, after)]
-        misfit = self.misfit(errors[0]) - self.misfit(errors[1])
+        noise passed in both as in the one in which more of it does.
+
+        Its own discrepancy is no excuse for the other model where it leaves more. Nor does more
+        noise pass in a model than it leaves: a load that bounces answers any noise by another path.
+        """
+        most = max(min(self._encoder_noise(m), m.error) for m in (before, after))
+        error, left = (self.error(model, most) for model in (before, after))
+        discrepancy = self.discrepancy(before)
+        if left <= error:
+            discrepancy = max(discrepancy, self.discrepancy(after))
+        misfit = self.misfit(error + discrepancy) - self.misfit(left + discrepancy)
         return misfit - self._penalties(after) + self._penalties(before)
 
     def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:

@@ -21,6 +21,7 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed
 from edge_ident.diagnosis.fit.late import delay, fit_late
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
+from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, SHIFT_STEP, far_shift_s, out_of_step
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
@@ -55,7 +56,7 @@ def delayed_data(selected: Selected) -> AxisData | None:
         model = fit_late(recorded, start.template, without.base, without.terms, from_s)
         late_s = next(iter(model.terms[-1].linear.values()))
         beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
-        if beyond and model.error < (1.0 - SHARE_OF_DELAY) * without.error:
+        if beyond and _mean(model, recorded) < (1.0 - SHARE_OF_DELAY) * _mean(without, data):
             return _out_of_step(data, late_s).without_ends(late_s)
     return None
 
@@ -101,13 +102,12 @@ def in_step_instead(selected: Selected) -> InStep | None:
         segments = tuple(s.in_step(float(late_s)) for s in inner.segments)
         return fitted_base(inner.with_efforts_of(segments), selected.start.template)
 
-    best = scipy.optimize.minimize_scalar(lambda s: moved(s).error, bounds=around)
-    criterion = search.criterion
+    best = scipy.optimize.minimize_scalar(lambda s: _mean(moved(s), inner), bounds=around)
+    criterion, samples = search.criterion, np.count_nonzero(data.valid)
     shift = math.log(criterion.samples)
-    if criterion.misfit(best.fun) + shift > criterion.value(model) + DECISIVE.value:
+    if criterion.misfit(samples * best.fun) + shift > criterion.value(model) + DECISIVE.value:
         return None
-    left = math.sqrt(best.fun / np.sum(np.square(data.effort[data.valid])))
-    return InStep(float(best.x), left)
+    return InStep(float(best.x), math.sqrt(best.fun) / nonzero_rms(data.effort[data.valid]))
 
 
 def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
@@ -140,6 +140,11 @@ def _along_one_sinusoid(selected: Selected) -> float:
     if search.data.several_speeds or room <= search.added.value:
         return 0.0
     return far_shift_s(search.data.segments, 0.5 * math.pi / search.excitation.turning_rate)
+
+
+def _mean(model: FittedModel, data: AxisData) -> float:
+    """Mean of the squared residuals: a shift leaves fewer samples to compare."""
+    return model.error / np.count_nonzero(data.valid)
 
 
 def _out_of_step(data: AxisData, late_s: float) -> AxisData:

@@ -64,9 +64,16 @@ def test_a_late_effort_is_named_and_its_parameters_are_right(rate: float, late_s
 
 @pytest.mark.parametrize("softness", [0.03, 0.1])
 def test_presliding_is_no_late_effort(softness: float) -> None:
-    found = recorded(2.0, softness=softness)
-    assert named(found.axes["x"]) == ["presliding_hysteresis"]
-    assert not any(finding.blocks for finding in found.data_quality)
+    axis = recorded(2.0, softness=softness).axes["x"]
+    assert named(axis) == ["presliding_hysteresis"]
+    assert not any(finding.blocks for finding in axis.findings)
+
+
+def test_a_load_that_bounces_takes_no_better_cause_s_place() -> None:
+    """It left seven times as much, which its discrepancy and the noise that passes in it excused."""
+    axis = recorded(2.0, softness=0.1, count=2.0 * np.pi / 65536).axes["x"]
+    assert named(axis) == ["presliding_hysteresis"]
+    assert axis.extended.fitted < 1.3 * axis.noise_floor
 
 
 @pytest.mark.parametrize("late_s", [0.05, 0.08, -0.06])
