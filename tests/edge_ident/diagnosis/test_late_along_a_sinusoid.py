@@ -70,7 +70,7 @@ def test_presliding_is_no_late_effort(softness: float) -> None:
 
 
 def test_a_load_that_bounces_takes_no_better_cause_s_place() -> None:
-    """It left seven times as much, which its discrepancy and the noise that passes in it excused."""
+    """It left seven times as much, which its discrepancy and the noise that it passes excused."""
     axis = recorded(2.0, softness=0.1, count=2.0 * np.pi / 65536).axes["x"]
     assert named(axis) == ["presliding_hysteresis"]
     assert axis.extended.fitted < 1.3 * axis.noise_floor
