@@ -15,6 +15,7 @@ PUBLIC = {
     "edge_ident.report",
     "edge_ident.support.atomic_files",
     "edge_ident.support.interrupts",
+    "edge_ident.support.memory",
     "edge_ident.support.streams",
 }
 
