@@ -8,6 +8,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,7 @@ def push(begin_s: float) -> Array:
     return 4.0 * np.exp(-0.5 * np.square((TIME_S - begin_s) / 0.03))
 
 
-@pytest.mark.parametrize("begin_s", [1.1, 6.0])
+@pytest.mark.parametrize("begin_s", a_few([1.1, 6.0], [1.1]))
 def test_a_push_is_an_event_whenever_it_comes(begin_s: float) -> None:
     """At 1.1 s the axis has moved by 6 % of its travel since it turned."""
     axis = diagnose([recorded(push(begin_s))]).axes["x"]

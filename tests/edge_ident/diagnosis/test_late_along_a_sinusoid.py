@@ -12,6 +12,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -53,7 +54,10 @@ def named(axis: AxisDiagnosis) -> list[str]:
     return [cause.term.effect for cause in axis.causes]
 
 
-@pytest.mark.parametrize(("rate", "late_s"), [(1.1, -0.05), (2.0, 0.1), (5.0, 0.06)])
+LATE = ((1.1, -0.05), (2.0, 0.1), (5.0, 0.06))
+
+
+@pytest.mark.parametrize(("rate", "late_s"), a_few(LATE, LATE[:2]))
 def test_a_late_effort_is_named_and_its_parameters_are_right(rate: float, late_s: float) -> None:
     axis = recorded(rate, late_s).axes["x"]
     assert (axis.verdict, named(axis)) == (Verdict.EXPLAINED, ["time_delay"])
@@ -62,7 +66,7 @@ def test_a_late_effort_is_named_and_its_parameters_are_right(rate: float, late_s
     assert found == pytest.approx([INERTIA, VISCOUS, COULOMB, OFFSET], rel=0.02)
 
 
-@pytest.mark.parametrize("softness", [0.03, 0.1])
+@pytest.mark.parametrize("softness", a_few([0.03, 0.1], [0.1]))
 def test_presliding_is_no_late_effort(softness: float) -> None:
     axis = recorded(2.0, softness=softness).axes["x"]
     assert named(axis) == ["presliding_hysteresis"]
