@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 
 from edge_ident.cli import app, machine, sessions, settings
 from edge_ident.cli.failures import INTERNAL
+from tests.repetitions import a_few
 
 
 @pytest.fixture
@@ -212,7 +213,10 @@ def test_every_setting_is_set_shown_used_and_removed(
     assert shown(key)[1] == "default"
 
 
-@pytest.mark.parametrize("key", [*OF_EACH_TYPE, *settings.BOARD, "drive"])
+@pytest.mark.parametrize(
+    "key",
+    a_few(dict.fromkeys([*OF_EACH_TYPE, *settings.BOARD, "drive"]), [*settings.BOARD, "drive"]),
+)
 def test_nothing_in_the_file_ends_in_a_traceback_or_keeps_a_machine_from_its_stop(
     settings_file: Path, no_variables: None, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
