@@ -8,7 +8,7 @@ from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_le
 from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
-from edge_ident.diagnosis.select.hidden_delay import delayed_data, in_step_instead
+from edge_ident.diagnosis.select.hidden_delay import delayed_data, shift_instead
 from edge_ident.diagnosis.select.own_friction import own_friction_data
 from edge_ident.diagnosis.select.selection import (
     Selected,
@@ -142,8 +142,8 @@ def _judged(
     floor = noise_floor(search.data, start, float(model.base[0]))
     floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
     checks = findings(recordings, name, search.data, model, efforts)
-    instead = in_step_instead(selected)
-    checks += () if instead is None else (undetermined_delay(instead.late_s, instead.left),)
+    if (instead := shift_instead(selected)) is not None:
+        checks = (*checks, undetermined_delay(*instead))
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
     return AxisSearch(selected, floor, checks, judged)
 

@@ -16,6 +16,7 @@ from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, n
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
+from edge_ident.signals.timing import REACH_S, STEPS_PER_PERIOD
 
 Array = NDArray[np.float64]
 
@@ -33,12 +34,8 @@ _LONG_S: Final = 0.045
 2 Hz (an integrating plant with a phase margin of 60 degrees)."""
 _FEW_SAMPLES: Final = 3.0
 """Least value of that shift, in sampling periods: twice what belongs to the base model."""
-_REACH_S: Final = 0.25
-"""Largest shift that is tried."""
 _REACH: Final = 0.1
 """Largest shift that is tried, as a share of the record."""
-_STEPS_PER_PERIOD: Final = 8
-"""Shifts that are tried in a cut-off period."""
 _FALLS: Final = 0.5
 """What the shift must leave of the residual: no effect of an axis, recorded in time, loses half."""
 _SEEN: Final = 0.5
@@ -158,8 +155,8 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     """
     period_s = signals.period_s
     border_s = max(_LONG_S, _FEW_SAMPLES * signals.recorded_period_s)
-    step = max(1, int(1.0 / (_STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
-    reach = int(min(_REACH_S / period_s, _REACH * len(signals.effort)) / step)
+    step = max(1, int(1.0 / (STEPS_PER_PERIOD * signals.cutoff_hz * period_s)))
+    reach = int(min(REACH_S / period_s, _REACH * len(signals.effort)) / step)
     shifts = step * np.arange(-reach, reach + 1)
     inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
     inside = inside[:: -(-len(inside) // _MOST) or 1]

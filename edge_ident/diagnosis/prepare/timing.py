@@ -18,6 +18,7 @@ from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.timing import (
     CERTAIN,
+    REACH_S,
     Shift,
     beyond_limit,
     slow,
@@ -33,10 +34,6 @@ SHARE_OF_DELAY: Final = 0.5
 model asks for a shift as well, and for a smaller share."""
 _STEPS: Final = 3
 """Of the estimation of a delay of many samples, whose effect is not linear."""
-_REACH_S: Final = 0.25
-"""Largest shift that is tried: no loop that is later can follow a motion at all."""
-SHIFT_STEP: Final = 0.125
-"""Step between shifts that are tried, in cut-off periods."""
 _FAR: Final = 2.0
 """Times the limit of timing."""
 _MOVES: Final = 2
@@ -83,7 +80,7 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
     return Timed(tuple(map(_with_timing, segments)), 0.0)
 
 
-def far_shift_s(segments: Sequence[Segment], reach_s: float) -> float:
+def far_shift_s(segments: Sequence[Segment], step_s: float, reach_s: float) -> float:
     """The shift, common to all recordings, at which the base model leaves least.
 
     Along one sinusoid the slow part of an effort tells no shift: it is as well a phase, which
@@ -92,11 +89,10 @@ def far_shift_s(segments: Sequence[Segment], reach_s: float) -> float:
     Parameters
     ----------
     segments : sequence of Segment
-    reach_s : float
-        Largest shift that makes sense.
+    step_s, reach_s : float
+        Between shifts, and the largest that makes sense.
     """
-    step_s = SHIFT_STEP / max(s.cutoff_hz for s in segments)
-    count = int(min(reach_s, _REACH_S) / step_s)
+    count = int(min(reach_s, REACH_S) / step_s)
     shifts = step_s * np.arange(-count, count + 1)
     inner = [replace(s, valid=s.valid & ~s.near_ends(shifts[-1])) for s in segments]
     left = [sum(_Signals.of(s.in_step(float(shift))).left for s in inner) for shift in shifts]

@@ -12,7 +12,7 @@ encoder hides by a little when the axis turns, play fits even better: it is doub
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.optimize
@@ -23,11 +23,15 @@ from edge_ident.diagnosis.fit.late import delay, fit_late
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY, SHIFT_STEP, far_shift_s, out_of_step
+from edge_ident.diagnosis.prepare.timing import (
+    SHARE_OF_DELAY,
+    far_shift_s,
+    out_of_step,
+)
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.timing import LARGEST_SHIFT
-from edge_ident.signals.timing import within_limits
+from edge_ident.signals.timing import STEPS_PER_PERIOD, within_limits
 
 
 def delayed_data(selected: Selected) -> AxisData | None:
@@ -61,23 +65,7 @@ def delayed_data(selected: Selected) -> AxisData | None:
     return None
 
 
-@dataclass(frozen=True)
-class InStep:
-    """An effort that was moved by many samples.
-
-    Attributes
-    ----------
-    late_s : float
-        By which it was late.
-    left : float
-        What the base model leaves of it, rms, over the effort's.
-    """
-
-    late_s: float
-    left: float
-
-
-def in_step_instead(selected: Selected) -> InStep | None:
+def shift_instead(selected: Selected) -> tuple[float, float] | None:
     """A shift of the effort that explains, alone, about as much as causes along one sinusoid.
 
     Parameters
@@ -87,15 +75,16 @@ def in_step_instead(selected: Selected) -> InStep | None:
 
     Returns
     -------
-    InStep or None
-        None where the causes explain decidedly more.
+    tuple of 2 floats, or None
+        By how many s the effort is late then, and what the base model leaves, rms, over the
+        effort's. None where the causes explain decidedly more.
     """
     search, model, data = selected.search, selected.supported.model, selected.search.data
     from_s = 0.0 if selected.late or not model.terms else _along_one_sinusoid(selected)
     if not from_s:
         return None
 
-    step_s = SHIFT_STEP / max(s.cutoff_hz for s in data.segments)
+    step_s = _step_s(data)
     around, inner = (from_s - step_s, from_s + step_s), data.without_ends(abs(from_s) + step_s)
 
     def moved(late_s: float) -> FittedModel:
@@ -107,7 +96,7 @@ def in_step_instead(selected: Selected) -> InStep | None:
     shift = math.log(criterion.samples)
     if criterion.misfit(samples * best.fun) + shift > criterion.value(model) + DECISIVE.value:
         return None
-    return InStep(float(best.x), math.sqrt(best.fun) / nonzero_rms(data.effort[data.valid]))
+    return float(best.x), math.sqrt(best.fun) / nonzero_rms(data.effort[data.valid])
 
 
 def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
@@ -135,11 +124,19 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
 def _along_one_sinusoid(selected: Selected) -> float:
     """The shift in s at which the base model leaves least along one sinusoid, if it leaves more
     than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
-    search = selected.search
+    search, kept = selected.search, selected.search.data.results
     room = search.criterion.room(selected.start, search.noise)
     if search.data.several_speeds or room <= search.added.value:
         return 0.0
-    return far_shift_s(search.data.segments, 0.5 * math.pi / search.excitation.turning_rate)
+    if far_shift_s not in kept:
+        reach_s = 0.5 * math.pi / search.excitation.turning_rate
+        kept[far_shift_s] = far_shift_s(search.data.segments, _step_s(search.data), reach_s)
+    return float(kept[far_shift_s])
+
+
+def _step_s(data: AxisData) -> float:
+    """Between shifts that are tried."""
+    return 1.0 / (STEPS_PER_PERIOD * max(s.cutoff_hz for s in data.segments))
 
 
 def _mean(model: FittedModel, data: AxisData) -> float:
