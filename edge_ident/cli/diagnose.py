@@ -117,7 +117,7 @@ def diagnose(
         source = report.Provenance.of(files, validate)
         say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
-    results.show(report.diagnosis_answer(found, details=details))
+    results.answer(lambda: report.diagnosis_answer(found, details=details))
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
 

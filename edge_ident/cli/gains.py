@@ -103,6 +103,6 @@ def design(
 
 
 def _show(found: edge_ident.Identification, results: ResultOptions, *, details: bool) -> None:
-    if not results.json:
-        view = report.identification_answer(found, details=details, without_findings=_NEXT)
-        report.show(view)
+    results.answer(
+        lambda: report.identification_answer(found, details=details, without_findings=_NEXT)
+    )

@@ -58,7 +58,6 @@ def identify(
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)
     results.deliver(report.identification_document(found), "identification.json")
-    if not results.json:
-        report.show(report.identification_answer(found, details=details))
+    results.answer(lambda: report.identification_answer(found, details=details))
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)

@@ -4,10 +4,10 @@ A group is a dataclass whose fields are options; `edge_ident.cli.command` turns 
 that type into those options.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import typer
 
@@ -15,6 +15,7 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import print_document, say
 
+_ByAxis = TypeVar("_ByAxis", "edge_ident.Model", "edge_ident.Drive")
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
 _OF_A_RUN: Final = ("gains_before.json", "report.json")
@@ -179,8 +180,12 @@ class ResultOptions:
 
     def show(self, result: Any) -> None:
         """Print a result for a person, unless JSON is wanted."""
+        self.answer(lambda: result)
+
+    def answer(self, view: Callable[[], Any]) -> None:
+        """Print what a view makes, for a person; where JSON is wanted, it is not made."""
         if not self.json:
-            report.show(result)
+            report.show(view())
 
 
 def check_no_run(folder: Path | None) -> None:
@@ -213,26 +218,22 @@ def given_model(path: Path | None) -> "edge_ident.Model | None":
 def model_for(path: Path | None, axes: Iterable[str]) -> "edge_ident.Model | None":
     """Load the model that an option names, for these axes; say which it takes for which."""
     given = given_model(path)
-    if given is None:
-        return None
-    fitted = given.for_axes(axes)
-    tell_taken(given.axes, fitted.axes, path)
-    return fitted
+    return None if given is None else for_axes(given, axes, path)
 
 
 def drive_for(path: Path | None, axes: Iterable[str]) -> "edge_ident.Drive":
     """Load a drive description for these axes; say which axis it takes for which."""
     described = edge_ident.load_drive(path)
-    fitted = described.for_axes(axes)
-    tell_taken(described.axes, fitted.axes, described.name)
-    return fitted
+    return for_axes(described, axes, described.name)
 
 
-def tell_taken(given: Iterable[str], fitted: Iterable[str], of: object) -> None:
-    """Say which axis is taken for which, where they have other names."""
-    for name, axis in zip(given, fitted, strict=True):
+def for_axes(given: _ByAxis, axes: Iterable[str], of: object) -> _ByAxis:
+    """A model or drive for these axes; say which axis it takes for which."""
+    fitted = given.for_axes(axes)
+    for name, axis in zip(given.axes, fitted.axes, strict=True):
         if name != axis:
             say(f"axis {axis} is taken for axis {name} of {of}, the only one there")
+    return fitted
 
 
 def save_result_model(

@@ -12,7 +12,7 @@ from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.motion_options import SimulatedCycles, check_named, periods
-from edge_ident.cli.options import Json, RecordingOutput, Seed, recording_file, tell_taken
+from edge_ident.cli.options import Json, RecordingOutput, Seed, for_axes, recording_file
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.shares import share
 
@@ -134,8 +134,7 @@ def simulate(
     followed, seed = motion.load(), measurement.seed
     drive = _model(model)
     if drive is not None and isinstance(followed, edge_ident.Recording):
-        given, drive = drive, drive.for_axes(followed.axes)
-        tell_taken(given.axes, drive.axes, model)
+        drive = for_axes(drive, followed.axes, model)
     with shown_progress() as bars:
         bars.stage(f"simulating {model}")
         recording = edge_ident.simulate(

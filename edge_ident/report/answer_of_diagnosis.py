@@ -10,10 +10,9 @@ from edge_ident.diagnosis.present.tables import diagnosis_view
 from edge_ident.diagnosis.present.wording import percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.model.effects import named
 from edge_ident.report.answer import diagnosed_sentence, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
-from edge_ident.report.next_steps import MOST, distinct
+from edge_ident.report.next_steps import blocking_steps, distinct, look_at
 from edge_ident.report.parameter_table import parameter_table
 from edge_ident.support.words import spoken
 
@@ -52,10 +51,8 @@ def _validated(found: Diagnosis) -> Iterator[Text]:
 
 
 def _steps(name: str, axis: AxisDiagnosis) -> Iterator[str]:
-    yield from [finding.next_step for finding in axis.findings if finding.blocks][:MOST]
-    parts = distinct(named(cause.term.effect).advice.part for cause in axis.causes)
-    if parts:
-        yield f"on axis {name}, look at: {'; '.join(parts[:MOST])}"
+    yield from blocking_steps(axis.findings)
+    yield look_at(name, axis.causes)
     for cause in axis.causes[:1]:
         for other in cause.inseparable[:1]:
             pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"

@@ -4,23 +4,34 @@ Each step is one line, without a capital letter and without a full stop, as in a
 """
 
 from collections.abc import Iterable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.estimation.trust import Finding
+from edge_ident.identification.result import Identification
+from edge_ident.model.effects import named
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.result import Cause
 
 MOST: Final = 3
 """Steps for one axis; more would hide the first."""
 DESIGN_GAINS: Final = "edge-ident gains designs gains from this recording"
 
 
-def blocking_steps(axis: AxisIdentification) -> list[str]:
-    """What makes an axis trusted that is not."""
-    return [finding.next_step for finding in axis.findings if finding.blocks][:MOST]
+def blocking_steps(findings: Iterable[Finding]) -> list[str]:
+    """What makes an axis trusted that is not, by its findings."""
+    return [finding.next_step for finding in findings if finding.blocks][:MOST]
+
+
+def look_at(name: str, causes: "Iterable[Cause]") -> str:
+    """Where to look at the machine for what was found on an axis; empty without causes."""
+    parts = distinct(named(cause.term.effect).advice.part for cause in causes)
+    return f"on axis {name}, look at: {'; '.join(parts[:MOST])}" if parts else ""
 
 
 def identification_steps(found: Identification) -> list[str]:
     """After an identification: what the findings of its axes ask for; none where all is well."""
-    steps = [step for axis in found.axes.values() for step in blocking_steps(axis)]
+    steps = [step for axis in found.axes.values() for step in blocking_steps(axis.findings)]
     steps += [
         finding.next_step
         for axis in found.axes.values()

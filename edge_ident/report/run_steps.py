@@ -5,8 +5,7 @@ from typing import Final
 from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
-from edge_ident.model.effects import named
-from edge_ident.report.next_steps import MOST, blocking_steps, distinct
+from edge_ident.report.next_steps import blocking_steps, distinct, look_at
 
 _VIRTUAL: Final = "virtual"
 """The device that ends with the command, and its gains with it."""
@@ -22,7 +21,7 @@ def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
         The board's, as --device names it.
     """
     axes = outcome.identification.axes
-    blocking = [step for axis in axes.values() for step in blocking_steps(axis)]
+    blocking = [step for axis in axes.values() for step in blocking_steps(axis.findings)]
     if blocking:
         return distinct(blocking)
     return [
@@ -33,7 +32,7 @@ def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
 
 def axis_steps(axis: AxisIdentification, outcome: Outcome, device: str | None = None) -> list[str]:
     """After a run, of one axis."""
-    if steps := blocking_steps(axis):
+    if steps := blocking_steps(axis.findings):
         return steps
     if not outcome.identification.trusted:
         return ["mend what is wrong on the other axis, then run again"]
@@ -69,5 +68,4 @@ def _to_adjust(name: str, outcome: Outcome) -> bool:
 def _look_at(name: str, outcome: Outcome) -> str:
     found = outcome.identification.axes[name].diagnosis
     assert found is not None
-    parts = distinct(named(cause.term.effect).advice.part for cause in found.causes)
-    return f"on axis {name}, look at: {'; '.join(parts[:MOST])}; the page of the run says why"
+    return f"{look_at(name, found.causes)}; the page of the run says why"
