@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MOST: Final = 3
 """Steps for one axis; more would hide the first."""
-DESIGN_GAINS: Final = "edge-ident gains designs gains from this recording"
+DESIGN_GAINS: Final = "design gains from this recording: edge-ident gains"
 
 
 def blocking_steps(findings: Iterable[Finding]) -> list[str]:

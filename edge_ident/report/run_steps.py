@@ -51,10 +51,10 @@ def _gains(outcome: Outcome, device: str | None) -> str:
         return change.next_step
     old = f"the old gains are in {BACKUP_FILE}"
     if device == _VIRTUAL:
-        return f"edge-ident board --pty runs a virtual board that keeps its gains; {old}"
+        return f"run a virtual board that keeps its gains: edge-ident board --pty; {old}"
     if outcome.confirmed and not outcome.stored:
         where = f" --device {device}" if device else ""
-        return f"edge-ident gains store{where} keeps the new gains over a power cycle; {old}"
+        return f"keep the new gains over a power cycle: edge-ident gains store{where}; {old}"
     return f"nothing; {old}"
 
 

@@ -93,9 +93,9 @@ def test_a_virtual_board_that_ends_says_so_where_gains_are_stored(tmp_path: Path
 @pytest.mark.parametrize(
     ("device", "step"),
     [
-        ("/dev/ttyACM0", "edge-ident gains store --device /dev/ttyACM0 keeps the new gains"),
-        ("virtual", "edge-ident board --pty runs a virtual board that keeps its gains"),
-        (None, "edge-ident gains store keeps the new gains"),
+        ("/dev/ttyACM0", "keep the new gains over a power cycle: edge-ident gains store --device /dev"),
+        ("virtual", "run a virtual board that keeps its gains: edge-ident board --pty"),
+        (None, "keep the new gains over a power cycle: edge-ident gains store;"),
     ],
 )
 def test_a_run_names_the_command_for_its_board(

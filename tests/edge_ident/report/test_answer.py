@@ -60,7 +60,7 @@ def test_a_run_tells_trust_gains_model_and_next_step_in_four_lines(outcome: Outc
     assert trusted == "trusted: the parameters of x and z"
     assert gains == "gains: new gains confirmed"
     assert model.startswith("model: rigid body and friction are enough on axes x and z, compared")
-    assert step.startswith("next: edge-ident gains store keeps")
+    assert step.startswith("next: keep the new gains over a power cycle: edge-ident gains store")
 
 
 def test_the_table_of_gains_leaves_out_what_stays(outcome: Outcome) -> None:
@@ -125,7 +125,7 @@ def test_each_remark_is_said_once_for_all_axes(identified: Identification) -> No
 
 
 def test_an_identification_ends_with_what_to_do(identified: Identification) -> None:
-    assert block(identification_answer(identified))[-1].startswith("next: edge-ident gains")
+    assert block(identification_answer(identified))[-1].startswith("next: design gains from this recording: edge-ident gains")
     assert block(identification_answer(doubted(identified, "x")))[-1] == "next: check the units"
 
 
