@@ -63,7 +63,7 @@ def _trust_lines(outcome: Outcome) -> Iterator[Text]:
         return
     for name, effects in change.contradicted.items():
         named = listed(map(spoken, effects))
-        yield distrusted_line(f"axis {name}, whose diagnosis the motions contradict: {named}")
+        yield distrusted_line(f"axis {name}, whose diagnosis the motions do not confirm: {named}")
     if not change.contradicted:
         yield distrusted_line("the new gains, which the motions with them did not confirm")
     if trusted := [name for name in axes if name not in change.contradicted]:

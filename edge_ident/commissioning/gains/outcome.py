@@ -149,7 +149,7 @@ class GainChange:
             f"axis {axis}: {', '.join(effects).replace('_', ' ')}"
             for axis, effects in self.contradicted.items()
         )
-        return f"; the motion contradicts the diagnosis ({named})" if named else ""
+        return f"; the motion does not confirm the diagnosis ({named})" if named else ""
 
 
 def _forecast(promise: Promise | None) -> str:

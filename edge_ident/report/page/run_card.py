@@ -57,7 +57,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     verdict = _verdict(name, axis, outcome)
     contradicted = outcome.change is not None and name in outcome.change.contradicted
     if causes:
-        said = "The motion contradicts" if contradicted else "The diagnosis found"
+        said = "The motion does not confirm" if contradicted else "The diagnosis found"
         words = all_of(in_words(causes[:2]))
         verdict += Markup(" {}: {}.").format(said, words)
     return Card(

@@ -27,7 +27,8 @@ def notices(outcome: Outcome) -> list[str]:
     if change.unchanged:
         return [f"{not_worth(change)} Nothing was written; the board has the gains that it had."]
     found = [
-        f"The motion contradicts the diagnosis of axis {axis}: {listed(map(spoken, effects))}. "
+        f"The motion does not confirm what was found on axis {axis}: "
+        f"{listed(map(spoken, effects))}. "
         "Do not adjust the machine on its word."
         for axis, effects in change.contradicted.items()
     ]

@@ -93,7 +93,10 @@ def test_a_virtual_board_that_ends_says_so_where_gains_are_stored(tmp_path: Path
 @pytest.mark.parametrize(
     ("device", "step"),
     [
-        ("/dev/ttyACM0", "keep the new gains over a power cycle: edge-ident gains store --device /dev"),
+        (
+            "/dev/ttyACM0",
+            "keep the new gains over a power cycle: edge-ident gains store --device /dev",
+        ),
         ("virtual", "run a virtual board that keeps its gains: edge-ident board --pty"),
         (None, "keep the new gains over a power cycle: edge-ident gains store;"),
     ],

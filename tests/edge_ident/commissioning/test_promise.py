@@ -219,7 +219,7 @@ def test_better_but_above_what_was_promised_is_rolled_back_and_contradicts_the_d
     assert not outcome.trusted  # exit code 1
     assert outcome.change.contradicted == {"x": ("stribeck_friction",)}
     assert "did not keep what was promised (axis x on the sinusoid" in outcome.conclusion
-    assert "contradicts the diagnosis (axis x: stribeck friction)" in outcome.conclusion
+    assert "does not confirm the diagnosis (axis x: stribeck friction)" in outcome.conclusion
     assert_old_gains(link)
 
 

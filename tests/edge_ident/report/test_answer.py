@@ -98,7 +98,7 @@ def test_gains_rolled_back_are_not_trusted(
     )
     shown = lines(outcome_view(replace(outcome, change=change, conclusion=change.conclusion)))
     if diagnosed:
-        first = "not trusted: axis x, whose diagnosis the motions contradict: backlash"
+        first = "not trusted: axis x, whose diagnosis the motions do not confirm: backlash"
         assert shown[:2] == [first, "trusted: the parameters of z"]
     else:
         first = "not trusted: the new gains, which the motions with them did not confirm"
@@ -125,7 +125,9 @@ def test_each_remark_is_said_once_for_all_axes(identified: Identification) -> No
 
 
 def test_an_identification_ends_with_what_to_do(identified: Identification) -> None:
-    assert block(identification_answer(identified))[-1].startswith("next: design gains from this recording: edge-ident gains")
+    assert block(identification_answer(identified))[-1].startswith(
+        "next: design gains from this recording: edge-ident gains"
+    )
     assert block(identification_answer(doubted(identified, "x")))[-1] == "next: check the units"
 
 

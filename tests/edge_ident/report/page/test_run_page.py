@@ -212,7 +212,9 @@ def test_a_diagnosis_that_a_motion_contradicts_is_said_at_the_top(run: Run) -> N
     tree = with_change(run, confirmed=False, promise=promise_of(0.0006, 0.002), diagnosed=diagnosed)
     said = [p.text() for p in tree.by_id("first-screen").all("p") if ".notice" in p.kinds]
     assert len(said) == 2
-    assert said[1].startswith("The motion contradicts the diagnosis of axis x: torque ripple.")
+    assert said[1].startswith(
+        "The motion does not confirm what was found on axis x: torque ripple."
+    )
 
 
 @pytest.mark.parametrize(
