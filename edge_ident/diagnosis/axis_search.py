@@ -6,10 +6,12 @@ from functools import partial
 
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.own_values import own_values, scale_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
 from edge_ident.diagnosis.select.hidden_delay import delayed_data, shift_instead
 from edge_ident.diagnosis.select.own_friction import own_friction_data
+from edge_ident.diagnosis.select.own_scale import scale_instead
 from edge_ident.diagnosis.select.selection import (
     Selected,
     first_selected,
@@ -144,6 +146,11 @@ def _judged(
     checks = findings(recordings, name, search.data, model, efforts)
     if (instead := shift_instead(selected)) is not None:
         checks = (*checks, undetermined_delay(*instead))
+    if (scaled := scale_instead(selected)) is not None:
+        place, scale = scaled
+        checks = (*checks, scale_differs(recordings[place].source, scale))
+    elif _blocked(checks) is None:
+        checks = (*checks, *own_values(recordings, name, search.data, model))
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
     return AxisSearch(selected, floor, checks, judged)
 

@@ -64,6 +64,26 @@ def own_values(
     return found
 
 
+def scale_differs(source: str, scale: float) -> Finding:
+    """What forbids to name causes that one factor of a recording's effort explains as well.
+
+    Parameters
+    ----------
+    source : str
+        The recording.
+    scale : float
+        By what its effort is larger than in the others.
+    """
+    return Finding(
+        "scale_differs",
+        f"the effort of {source} is {scale:.3g} times what the other recordings have for such a "
+        "motion: with that factor, one model fits all",
+        "compare torque constant, rated torque and units of the recordings; if they are the same, "
+        "the machine is not",
+        blocks=True,
+    )
+
+
 def _certain(
     recordings: Sequence[Recording], data: AxisData, model: FittedModel
 ) -> Iterator[tuple[str, str, float]]:

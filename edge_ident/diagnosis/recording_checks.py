@@ -12,7 +12,6 @@ from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.feedback_law import feedback_law
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.own_values import own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -76,7 +75,6 @@ def findings(
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
-    found += own_values(recordings, name, data, extended)
     return _each_once(found)
 
 
@@ -106,9 +104,15 @@ def contradicted(efforts: Sequence[Sequence[Finding]]) -> bool:
 def effort_findings(recordings: Sequence[Recording], name: str) -> list[list[Finding]]:
     """Check the effort of one axis against its motion, as identification does.
 
-    None of its doubts about a parameter forbids a cause.
+    None of its doubts about a parameter forbids a cause. Of several recordings, each is named.
     """
-    return [_checked(recording, name) for recording in recordings]
+    found = [_checked(recording, name) for recording in recordings]
+    if len(recordings) == 1:
+        return found
+    return [
+        [replace(finding, message=f"in {recording.source}, {finding.message}") for finding in each]
+        for recording, each in zip(recordings, found, strict=True)
+    ]
 
 
 def _checked(recording: Recording, name: str) -> list[Finding]:

@@ -116,7 +116,8 @@ def _search(effect: Effect) -> Iterator[str]:
         yield "the arrays of its grid differ in length"
     grid = {name for part in grids for name in part}
     nonlinear = {name for form in search.forms for name in form.nonlinear}
-    named = {*search.linear, *nonlinear, *search.open_ended, *search.essential, *grid}
+    named = {*search.linear, *nonlinear, *search.open_ended, *search.between_recordings}
+    named |= {*search.essential, *grid}
     for name in sorted(named - known):
         yield f"its search names {name}, which is no parameter"
     for name in sorted(nonlinear - grid):

@@ -208,6 +208,8 @@ class SearchSpec:
     open_ended : tuple of parameter names
         Nonlinear parameters whose grid ends where more makes no difference: the best value may lie
         on the edge.
+    between_recordings : tuple of parameter names
+        Times whose grid begins, of several recordings, where one begins: the best may lie there.
     essential : tuple of parameter names
         Parameters without which it is another effect, so that the data have to determine them.
     needs_reversals : bool
@@ -232,6 +234,7 @@ class SearchSpec:
     physical: Callable[[Values, Excitation], bool] = _always
     discrepancy: float = 0.03
     open_ended: tuple[str, ...] = ()
+    between_recordings: tuple[str, ...] = ()
     essential: tuple[str, ...] = ()
     needs_reversals: bool = False
     repeats: bool = False

@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from edge_ident.diagnosis.present.tables import diagnosis_view
-from edge_ident.diagnosis.present.wording import percent
+from edge_ident.diagnosis.present.wording import leaves_noise, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.report.answer import diagnosed_sentence, remarks
@@ -17,6 +17,9 @@ from edge_ident.report.parameter_table import parameter_table
 from edge_ident.support.words import spoken
 
 _NOTHING: Final = "nothing to mend; keep this recording, to compare with later ones"
+_ELSEWHERE: Final = (
+    "diagnose both recordings together to see in what they differ: edge-ident diagnose FIRST SECOND"
+)
 _UNKNOWN: Final = (
     "add --output and look at the page: it shows where the error is largest; check units and sign, "
     "and record several speeds, both ways, over the whole stroke"
@@ -32,15 +35,24 @@ def diagnosis_answer(found: Diagnosis, *, details: bool = False) -> Group:
     details : bool
         Evidence, alternatives, both models and what could not be tested, below.
     """
-    steps = distinct(step for name, axis in found.axes.items() for step in _steps(name, axis))
+    steps = distinct(step for name in found.axes for step in _steps(name, found))
     parts: list[RenderableType] = [_verdict(name, axis) for name, axis in found.axes.items()]
-    parts += [*_validated(found), *next_lines(steps or [_NOTHING]), parameter_table(found.model)]
+    parts += [*_forbidden(found), *_validated(found)]
+    parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model)]
     return Group(*parts, *([diagnosis_view(found)] if details else _remarks(found)))
 
 
 def _verdict(name: str, axis: AxisDiagnosis) -> Text:
     colour = "red" if axis.verdict is Verdict.UNEXPLAINED else "green"
     return Text.assemble((f"axis {name}", "bold"), " ", (diagnosed_sentence(axis), colour))
+
+
+def _forbidden(found: Diagnosis) -> Iterator[Text]:
+    for name, axis in found.axes.items():
+        for finding in axis.findings:
+            if finding.blocks:
+                said = f"axis {name}, {finding.code}: {finding.message}"
+                yield labelled("no cause is named", said, "bold red")
 
 
 def _validated(found: Diagnosis) -> Iterator[Text]:
@@ -50,15 +62,18 @@ def _validated(found: Diagnosis) -> Iterator[Text]:
         yield labelled("on the recording for validation", said)
 
 
-def _steps(name: str, axis: AxisDiagnosis) -> Iterator[str]:
-    yield from blocking_steps(axis.findings)
+def _steps(name: str, found: Diagnosis) -> Iterator[str]:
+    axis = found.axes[name]
+    mends = blocking_steps(axis.findings)
+    yield from mends
     yield look_at(name, axis.causes)
     for cause in axis.causes[:1]:
         for other in cause.inseparable[:1]:
             pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
             yield f"to tell {pair}, record {other.experiment}"
-    if axis.verdict is Verdict.UNEXPLAINED:
-        yield _UNKNOWN
+    if axis.verdict is Verdict.UNEXPLAINED and not mends:
+        elsewhere = name in found.validation and leaves_noise(axis)
+        yield _ELSEWHERE if elsewhere else _UNKNOWN
 
 
 def _remarks(found: Diagnosis) -> Iterator[Text]:

@@ -52,12 +52,13 @@ class ScoredCandidate:
     @property
     def on_edge(self) -> bool:
         """Whether a nonlinear parameter lies at the end of its grid."""
-        closed = set(self.candidate.form.nonlinear) - set(
-            named(self.candidate.effect).search.open_ended
-        )
+        spec = named(self.candidate.effect).search
+        several = np.ptp(self.grid.get("clock", np.zeros(1))) > 0.0
+        closed = set(self.candidate.form.nonlinear) - set(spec.open_ended)
         for name in closed.intersection(self.grid):
             low, high = float(np.min(self.grid[name])), float(np.max(self.grid[name]))
-            if low < high and self.term.nonlinear[name] in (low, high):
+            ends = (high,) if several and name in spec.between_recordings else (low, high)
+            if low < high and self.term.nonlinear[name] in ends:
                 return True
         return False
 

@@ -48,6 +48,11 @@ def findings_sentence(axis: AxisDiagnosis) -> str:
     return "; ".join(parts)
 
 
+def leaves_noise(axis: AxisDiagnosis) -> bool:
+    """Whether the model leaves nothing but noise of what it was fitted to, in the band."""
+    return axis.extended.fitted <= STRUCTURE.value * axis.noise_floor
+
+
 def spoken_line(line: SpectralLine) -> str:
     """Amplitude, and order or frequency, of a line; in the unit of the effort."""
     amplitude = f"an amplitude of {line.amplitude:.3g}"
@@ -88,11 +93,11 @@ def _verdict(axis: AxisDiagnosis) -> str:
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
-    if axis.extended.fitted <= STRUCTURE.value * axis.noise_floor:
+    if leaves_noise(axis):
         what = f"with {found}, what" if found else "what"
         if axis.lines:
             return f"{what} is left in the band, {left} of the effort, is noise ({floor})"
-        if found:
+        if not any(finding.blocks for finding in axis.findings):
             return (
                 f"{what} is left here, {left} of the effort, is noise ({floor}), but "
                 "not what is left of the other recording"

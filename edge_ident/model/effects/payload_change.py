@@ -51,8 +51,10 @@ def _changed(at: Motion, values: Values) -> Array:
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """Anywhere but at the ends."""
+    """Anywhere but at the ends; of several recordings also all of one."""
     share = np.linspace(0.04, 0.96, 70)
+    if len(excitation.spans) > 1:
+        share = np.append(0.0, share)
     times = [begin_s + (end_s - begin_s) * share for _, begin_s, end_s in excitation.spans]
     clocks = [np.full(len(share), float(clock)) for clock, _, _ in excitation.spans]
     return {"time": np.concatenate(times), "clock": np.concatenate(clocks)}
@@ -89,6 +91,7 @@ EFFECT: Final = PayloadChange(
         grid=_grid,
         discrepancy=0.05,
         essential=("inertia",),
+        between_recordings=("time",),
         repeats=True,
     ),
     draw=_draw,

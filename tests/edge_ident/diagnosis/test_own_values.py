@@ -19,15 +19,24 @@ RATES = 2.0 * np.pi * np.array([0.11, 0.23, 0.37, 0.61, 0.89])
 OFFSETS = (0.2, 0.05, 0.2)
 
 
-def day(number: int, *, seconds: float, bend: float = 0.0, friction: float = 1.0) -> Recording:
+def day(
+    number: int,
+    *,
+    seconds: float,
+    bend: float = 0.0,
+    friction: float = 1.0,
+    inertia: float = 0.5,
+    scale: float = 1.0,
+) -> Recording:
     """Five sines of random phase, with the day's offset and friction, and friction that bends."""
     rng = np.random.default_rng(number)
     t = np.arange(0.0, seconds, PERIOD_S)
     angle = RATES * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, len(RATES))
     x, v, a = (np.sin(angle) / RATES).sum(1), np.cos(angle).sum(1), -(RATES * np.sin(angle)).sum(1)
-    effort = 0.5 * a + friction * (0.8 * v + 1.1 * np.sign(v) + bend * v * np.abs(v))
+    effort = inertia * a + friction * (0.8 * v + 1.1 * np.sign(v) + bend * v * np.abs(v))
     effort += OFFSETS[number]
     effort += NOISE * rng.standard_normal(len(t))
+    effort *= scale
     axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
     return Recording(t, {"x": axis}, f"{number}.csv")
 
@@ -91,3 +100,34 @@ def test_friction_of_one_machine_is_one() -> None:
     """What the base model lacks is another error in each motion, and no friction of its own."""
     slow, fast = day(0, seconds=15.0, bend=0.2), day(1, seconds=15.0, bend=0.2)
     assert not said(diagnosed(slow, fast), "friction_differs")
+
+
+def test_a_payload_of_one_day_has_no_weight_but_its_mass() -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, inertia=0.7))
+    (payload,) = axis.causes
+    assert payload.term.effect == "payload_change"
+    assert abs(float(payload.term.values["inertia"])) == pytest.approx(0.2, rel=0.02)
+    assert payload.term.values["offset"] == 0.0
+    assert axis.model.parameters[3] == pytest.approx(0.2, abs=0.01)
+    assert not said(axis)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.2], ids=["alone", "beside friction that bends"])
+def test_one_factor_of_all_is_another_scale_and_no_payload(bend: float) -> None:
+    days = [day(0, seconds=15.0, bend=bend), day(2, seconds=15.0, bend=bend, scale=1.3)]
+    axis = diagnosed(*days)
+    assert axis.causes == ()
+    (message,) = said(axis, "scale_differs")
+    assert message.startswith("the effort of 2.csv is 1.3 times")
+    assert not said(axis, "friction_differs")
+
+
+def test_another_load_and_other_friction_are_no_other_scale() -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, inertia=0.65, friction=1.15))
+    assert not said(axis, "scale_differs")
+
+
+def test_a_wrong_sign_names_the_recording_that_has_it() -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, scale=-1.0))
+    (message,) = said(axis, "effort_sign")
+    assert message.startswith("in 2.csv, inertia")

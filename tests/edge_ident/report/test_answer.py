@@ -11,6 +11,7 @@ import edge_ident
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
 from edge_ident.report import (
@@ -148,6 +149,24 @@ def test_a_diagnosis_tells_causes_validation_and_where_to_look() -> None:
     assert any(line.startswith("on the recording for validation: axis x") for line in shown)
     assert any(line.startswith("next: on axis x, look at: motor magnets") for line in shown)
     assert "torque ripple: period" in "\n".join(lines(diagnosis_answer(found)))
+
+
+def test_what_forbids_a_cause_is_said_with_its_reason() -> None:
+    found = hand_made.diagnosis(unexplained=True)
+    axis = replace(found.axes["x"], verdict=Verdict.UNEXPLAINED, causes=(), findings=(POOR,))
+    shown = block(diagnosis_answer(replace(found, axes={"x": axis})))
+    assert f"no cause is named: axis x, poor_fit: {POOR.message}" in shown
+    assert [line for line in shown if line.startswith("next: ")] == ["next: check the units"]
+
+
+def test_what_another_recording_alone_contradicts_says_so() -> None:
+    found = hand_made.diagnosis(unexplained=True)
+    axis = replace(found.axes["x"], verdict=Verdict.UNEXPLAINED, causes=(), findings=(), lines=())
+    axis = replace(axis, extended=replace(axis.extended, fitted=axis.noise_floor))
+    first, *_, step = block(diagnosis_answer(replace(found, axes={"x": axis})))
+    assert "is noise (noise alone leaves" in first
+    assert first.endswith("but not what is left of the other recording")
+    assert step.startswith("next: diagnose both recordings together")
 
 
 def test_a_sound_machine_needs_nothing() -> None:
