@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from edge_ident.diagnosis.present.tables import diagnosis_view
-from edge_ident.diagnosis.present.wording import leaves_noise, percent
+from edge_ident.diagnosis.present.wording import only_elsewhere, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.report.answer import diagnosed_sentence, remarks
@@ -72,8 +72,7 @@ def _steps(name: str, found: Diagnosis) -> Iterator[str]:
             pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
             yield f"to tell {pair}, record {other.experiment}"
     if axis.verdict is Verdict.UNEXPLAINED and not mends:
-        elsewhere = name in found.validation and leaves_noise(axis)
-        yield _ELSEWHERE if elsewhere else _UNKNOWN
+        yield _ELSEWHERE if only_elsewhere(name, found) else _UNKNOWN
 
 
 def _remarks(found: Diagnosis) -> Iterator[Text]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
-from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Refused
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis, Refused
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
@@ -48,7 +48,15 @@ def findings_sentence(axis: AxisDiagnosis) -> str:
     return "; ".join(parts)
 
 
-def leaves_noise(axis: AxisDiagnosis) -> bool:
+def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
+    """Whether a model that has no cause leaves more than noise on the other recording alone."""
+    axis = diagnosis.axes[name]
+    open_here = axis.causes or axis.lines or any(finding.blocks for finding in axis.findings)
+    unexplained = axis.verdict is Verdict.UNEXPLAINED and not open_here
+    return unexplained and name in diagnosis.validation and _leaves_noise(axis)
+
+
+def _leaves_noise(axis: AxisDiagnosis) -> bool:
     """Whether the model leaves nothing but noise of what it was fitted to, in the band."""
     return axis.extended.fitted <= STRUCTURE.value * axis.noise_floor
 
@@ -93,7 +101,7 @@ def _verdict(axis: AxisDiagnosis) -> str:
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
-    if leaves_noise(axis):
+    if _leaves_noise(axis):
         what = f"with {found}, what" if found else "what"
         if axis.lines:
             return f"{what} is left in the band, {left} of the effort, is noise ({floor})"

@@ -19,6 +19,7 @@ from edge_ident.report.page.map_charts import (
     quantities,
     residual_map,
 )
+from edge_ident.report.page.no_cause import without_cause
 from edge_ident.report.page.time_charts import (
     busiest,
     effort_chart,
@@ -66,7 +67,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
     if axis.verdict is Verdict.UNEXPLAINED and axis.causes:
         label = "partly explained"
     follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
-    return Card(
+    card = Card(
         axis=name,
         status=status,
         label=label,
@@ -77,6 +78,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         action=_action(name, diagnosis),
         chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
     )
+    return without_cause(card, diagnosis)
 
 
 def distinct(causes: Iterable[Cause]) -> list[Cause]:

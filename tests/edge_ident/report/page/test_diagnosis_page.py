@@ -10,6 +10,7 @@ import pytest
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.provenance import Provenance
@@ -96,6 +97,24 @@ def test_suspicions_stand_apart_from_causes(tmp_path: Path) -> None:
         "suspected",
         "rest",
     ]
+
+
+def test_what_forbids_a_cause_comes_before_advice_on_the_machine(tmp_path: Path) -> None:
+    late = Finding("effort_late", "the effort is 60 ms late", "record both at once", blocks=True)
+    found = hand_made.diagnosis(doubtful=True)
+    axis = replace(hand_made.axis(Verdict.UNEXPLAINED), findings=(late,))
+    said = read(written(replace(found, axes={"x": axis}, validation={}), tmp_path)).text()
+    assert "No cause is named: The effort is 60 ms late." in said
+    assert "Record both at once." in said
+
+
+def test_what_only_another_recording_lacks_sends_nobody_to_the_machine(tmp_path: Path) -> None:
+    found = hand_made.diagnosis()
+    axis = hand_made.axis(Verdict.UNEXPLAINED)
+    quiet = replace(axis, extended=replace(axis.extended, fitted=axis.noise_floor), lines=())
+    said = read(written(replace(found, axes={"x": quiet}), tmp_path)).text()
+    assert "Inertia and friction explain this recording, and not the other one" in said
+    assert "edge-ident diagnose FIRST SECOND" in said
 
 
 def test_names_from_files_reach_the_page_as_text_only(tmp_path: Path) -> None:
