@@ -34,6 +34,27 @@ def own_columns(data: AxisData) -> Array:
     return data.cache[_KEY]
 
 
+def own_parameters(data: AxisData, base: Array, own: Array) -> dict[str, Array]:
+    """What each recording has of a base parameter, (R,), for each of the own ones.
+
+    Parameters
+    ----------
+    data : AxisData
+    base : (4,) array
+        Base parameters: the means over all samples.
+    own : (R + K·(R - 1),) array
+        Values of the own columns.
+    """
+    count = len(data.segments)
+    above_last = np.pad(own[count:].reshape(len(data.own), count - 1), ((0, 0), (0, 1)))
+    weight = np.bincount(data.recording, minlength=count) / len(data.recording)
+    above_mean = above_last - (above_last @ weight)[:, None]
+    return {
+        name: base[PARAMETERS.index(name)] + of_each
+        for name, of_each in zip(data.own, above_mean, strict=True)
+    }
+
+
 def own_limits(data: AxisData, *, shifted: bool) -> tuple[Array, Array]:
     """Lowest and highest values (R + K·(R - 1),) of the same.
 

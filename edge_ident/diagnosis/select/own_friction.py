@@ -7,7 +7,10 @@ would have to explain the difference: by a payload that changes, for example.
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+
 from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.own_columns import own_parameters
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.hidden_delay import causes_in_turn
 from edge_ident.diagnosis.select.physics import FRICTION
@@ -27,7 +30,8 @@ def own_friction_data(selected: Selected) -> AxisData | None:
     Returns
     -------
     AxisData or None
-        None where that, with a part of the causes, explains no more than the selected model.
+        None where that, with a part of the causes, explains no more than the selected model, or
+        a friction is negative.
     """
     search, start, data = selected.search, selected.start, selected.search.data
     _, *others = data.segments
@@ -37,6 +41,9 @@ def own_friction_data(selected: Selected) -> AxisData | None:
     criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
     least = search.criterion.value(selected.supported.model) - DECISIVE.value
     for beside in causes_in_turn(selected, none=True):
-        if criterion.value(fit(moved, start.template, start.base, beside)) < least:
-            return moved
+        model = fit(moved, start.template, start.base, beside)
+        if criterion.value(model) < least:
+            each = own_parameters(moved, model.base, model.own)
+            physical = all(np.all(each[name] >= 0.0) for name in FRICTION)
+            return moved if physical else None
     return None

@@ -131,3 +131,10 @@ def test_a_wrong_sign_names_the_recording_that_has_it() -> None:
     axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, scale=-1.0))
     (message,) = said(axis, "effort_sign")
     assert message.startswith("in 2.csv, inertia")
+
+
+def test_no_recording_has_a_negative_friction_of_its_own() -> None:
+    """That the other one would be the larger for it is no finding."""
+    axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, friction=-0.05))
+    assert not said(axis, "friction_differs")
+    assert axis.causes == ()
