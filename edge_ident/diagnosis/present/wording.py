@@ -49,9 +49,9 @@ def findings_sentence(axis: AxisDiagnosis) -> str:
 
 
 def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
-    """Whether a model that has no cause leaves more than noise on the other recording alone."""
+    """Whether a model leaves more than noise on the other recording alone."""
     axis = diagnosis.axes[name]
-    open_here = axis.causes or axis.lines or any(finding.blocks for finding in axis.findings)
+    open_here = axis.lines or any(finding.blocks for finding in axis.findings)
     unexplained = axis.verdict is Verdict.UNEXPLAINED and not open_here
     return unexplained and name in diagnosis.validation and _leaves_noise(axis)
 

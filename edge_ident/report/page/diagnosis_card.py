@@ -19,7 +19,7 @@ from edge_ident.report.page.map_charts import (
     quantities,
     residual_map,
 )
-from edge_ident.report.page.no_cause import without_cause
+from edge_ident.report.page.recordings_at_fault import of_recordings
 from edge_ident.report.page.time_charts import (
     busiest,
     effort_chart,
@@ -78,7 +78,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         action=_action(name, diagnosis),
         chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
     )
-    return without_cause(card, diagnosis)
+    return of_recordings(card, diagnosis)
 
 
 def distinct(causes: Iterable[Cause]) -> list[Cause]:
@@ -237,7 +237,7 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     if motion:
         steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
     elif axis.causes and name not in diagnosis.validation:
-        steps.append(Markup("To be surer, add a second recording (<code>--validate</code>)."))
+        steps.append(Markup("To be surer, add another recording (<code>--validate</code>)."))
     return steps or [
         Markup(
             "Look at the picture: it shows where the error is largest. Check units and sign of "

@@ -1,4 +1,4 @@
-"""The first screen of an axis whose recordings are at fault, and not its model."""
+"""The first screen of an axis where recordings are at fault, or differ."""
 
 from dataclasses import replace
 
@@ -11,8 +11,9 @@ from edge_ident.report.page.card import Card
 from edge_ident.report.page.wording import sentence
 
 
-def without_cause(card: Card, diagnosis: Diagnosis) -> Card:
-    """The card with what forbids to name a cause in place of advice on the machine.
+def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
+    """The card with what forbids to name a cause in place of advice on the machine, and with what
+    tells in what two recordings differ.
 
     Parameters
     ----------
@@ -37,6 +38,8 @@ def without_cause(card: Card, diagnosis: Diagnosis) -> Card:
         together = Markup("Diagnose both recordings together: <code>{}</code>.").format(
             "edge-ident diagnose FIRST SECOND"
         )
+        if diagnosis.axes[card.axis].causes:
+            return replace(card, action=[*card.action, together])
         return replace(
             card,
             verdict=Markup(
