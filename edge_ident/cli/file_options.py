@@ -131,7 +131,7 @@ class FileOptions:
             say(f"{file.name}: {line}")
         recording = found.recording()
         for name in [] if self.axis else _axes_of(found):
-            if name not in recording.axes:
+            if name not in recording.positions:
                 say(f"{file.name}: axis {name} was commanded to rest, and is left out")
         return recording
 

@@ -26,10 +26,10 @@ def check_pooled(recordings: Sequence[Recording]) -> None:
 
 
 def _check_pair(one: Recording, other: Recording) -> None:
-    if set(other.axes) != set(one.axes):
+    if set(other.axes) != set(one.axes) or set(other.passive) != set(one.passive):
         raise DataError(
-            f"{other.source} has axes {', '.join(other.axes)}, {one.source} has "
-            f"{', '.join(one.axes)}",
+            f"{other.source} has axes {', '.join(other.positions)}, {one.source} has "
+            f"{', '.join(one.positions)}",
             "give recordings of the same machine, or rename columns with --column",
         )
     for name, axis in one.axes.items():

@@ -269,7 +269,7 @@ def with_unrecorded_axes(
     """Add to the checks that the extended model leaves more than noise, on an axis that was
     recorded alone."""
     blocked = any(check.blocks for check in checks)
-    if blocked or any(len(recording.axes) > 1 for recording in recordings):
+    if blocked or any(len(recording.positions) > 1 for recording in recordings):
         return checks
     left = rms((data.effort - extended.predicted)[data.valid])
     share = left / max(rms(data.effort[data.valid]), np.finfo(float).tiny)

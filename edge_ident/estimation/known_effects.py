@@ -62,15 +62,15 @@ def _smooth_motions(
     axis: AxisModel, recording: Recording, name: str, signals: Signals
 ) -> tuple[Motion, dict[str, Motion]]:
     """The axis's motion, and those of the axes that act on it, all filtered alike."""
-    grid = signals.grid
+    grid, positions = signals.grid, recording.positions
 
     def smooth(of_axis: str) -> Motion:
-        position = grid.resampled(recording.axes[of_axis].position)
+        position = grid.resampled(positions[of_axis])
         filtered = differentiate(position, signals.cutoff_hz, grid.period_s)
         time_s = grid.time_s - grid.time_s[0] + signals.begin_s + recording.begin_s
         return Motion.known(time_s, *filtered)
 
-    sources = {term.source_axis for term in axis.terms} & set(recording.axes)
+    sources = {term.source_axis for term in axis.terms} & set(positions)
     return smooth(name), {source: smooth(source) for source in sources if source is not None}
 
 

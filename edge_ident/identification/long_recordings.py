@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.signals.conditioning import choose_cutoff
@@ -15,6 +16,8 @@ from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
 from edge_ident.signals.encoder import count_and_noise
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
 from edge_ident.signals.resampling import EvenGrid
+
+Array = NDArray[np.float64]
 
 _RATE: Final = 5.0
 """Samples per period of the highest cut-off: at half this rate its filter passes 0.07 %."""
@@ -47,8 +50,12 @@ def at_needed_rate(recording: Recording) -> Recording:
     axes = {
         name: _decimated(axis, grid, told[name], stride) for name, axis in recording.axes.items()
     }
+    passive = {
+        name: replace(axis, position=_slower(grid.resampled(axis.position), stride))
+        for name, axis in recording.passive.items()
+    }
     time_s = grid.time_s[kept(len(grid.time_s), stride)].copy()
-    return replace(recording, time_s=time_s, axes=axes)
+    return replace(recording, time_s=time_s, axes=axes, passive=passive)
 
 
 def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
@@ -70,6 +77,10 @@ def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
         begin_s=0.0,
         unknown=grid.unknown(axis.effort),
     )
+
+
+def _slower(signal: Array, stride: int) -> Array:
+    return decimate(signal, signal, stride)[0]
 
 
 def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int) -> AxisRecord:

@@ -66,6 +66,13 @@ def check_form(recording: Recording) -> None:
                     "time stamps",
                     "give one value per time stamp",
                 )
+    for name, passive in recording.passive.items():
+        if len(passive.position) != len(time_s):
+            raise DataError(
+                f"{source}, axis {name}: {len(passive.position)} positions, and {len(time_s)} "
+                "time stamps",
+                "give one value per time stamp",
+            )
 
 
 def check_length(source: str, time_s: Array) -> None:

@@ -1,14 +1,14 @@
 """Names of columns in the contract, and the recording that such columns make."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.recording import AxisRecord, Recording, chosen_axes
+from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording, chosen_axes
 
 Array = NDArray[np.float64]
 
@@ -92,7 +92,11 @@ def recording_of(
     Raises
     ------
     DataError
-        There is no axis, or one lacks its position or its effort, or has two efforts.
+        No axis has an effort, or one lacks its position, or has two efforts.
+
+    Notes
+    -----
+    An axis that has nothing but a position is passive, where another one has an effort.
     """
     found: dict[str, dict[str, tuple[str, Array]]] = {}
     for column, values in columns.items():
@@ -106,8 +110,10 @@ def recording_of(
             "name them <axis>_position_rad and <axis>_torque_nm, "
             "or give --column NAME=CONTRACT_NAME",
         )
-    axes = {name: _axis(source, name, parts) for name, parts in found.items()}
-    return Recording(columns[TIME], axes, source, effort_shift_s)
+    alone = passive_axes(columns)
+    axes = {n: _axis(source, n, parts) for n, parts in found.items() if n not in alone}
+    passive = {n: PassiveAxis(*found[n]["position"][::-1]) for n in alone}
+    return Recording(columns[TIME], axes, source, effort_shift_s, passive=passive)
 
 
 def axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
@@ -122,6 +128,21 @@ def axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
     }
     required = {f"{name}_position_{length}": axis.position, f"{name}_{effort}_{unit}": axis.effort}
     return required | {key: value for key, value in optional.items() if value is not None}
+
+
+def passive_columns(name: str, axis: PassiveAxis) -> dict[str, Array]:
+    """The column of an axis that no drive moves."""
+    return {f"{name}_position_{axis.position_unit}": axis.position}
+
+
+def passive_axes(columns: Iterable[str]) -> list[str]:
+    """Axes that have nothing but a position, where another one has an effort."""
+    quantities: dict[str, list[str]] = {}
+    for axis, quantity, _ in filter(None, map(parse_name, columns)):
+        quantities.setdefault(axis, []).append(quantity)
+    if not any(set(EFFORTS).intersection(each) for each in quantities.values()):
+        return []
+    return [axis for axis, each in quantities.items() if each == ["position"]]
 
 
 def _axis(source: str, name: str, parts: Mapping[str, tuple[str, Array]]) -> AxisRecord:

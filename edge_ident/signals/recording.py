@@ -1,7 +1,7 @@
 """What a drive did: position and effort over time, per axis."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +89,20 @@ class AxisRecord:
 
 
 @dataclass(frozen=True)
+class PassiveAxis:
+    """An axis that no drive moves, such as a pendulum on a carriage: it acts on the others.
+
+    Attributes
+    ----------
+    position : (N,) array
+    position_unit : "rad" or "m"
+    """
+
+    position: Array
+    position_unit: str
+
+
+@dataclass(frozen=True)
 class Recording:
     """A measured motion.
 
@@ -104,6 +118,8 @@ class Recording:
     begin_s : float
         From the first sample of an earlier recording of the machine to its own, where what changes
         in the course of time goes on. Files do not hold it.
+    passive : mapping of axis name to PassiveAxis
+        Axes without an effort.
     stamp_jitter : float
         Rms of the jitter that was taken out of the time stamps, in sampling periods; 0 where they
         are those recorded (`edge_ident.signals.even_rows`).
@@ -123,7 +139,14 @@ class Recording:
     source: str
     effort_shift_s: float = 0.0
     begin_s: float = 0.0
+    passive: Mapping[str, PassiveAxis] = field(default_factory=dict)
     stamp_jitter: float = 0.0
+
+    @property
+    def positions(self) -> dict[str, Array]:
+        """Position (N,) of every axis, those that a drive moves first."""
+        driven = {name: axis.position for name, axis in self.axes.items()}
+        return driven | {name: axis.position for name, axis in self.passive.items()}
 
 
 def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:

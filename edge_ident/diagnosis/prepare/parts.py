@@ -99,6 +99,10 @@ def _part(recording: Recording, begin_s: float, end_s: float) -> Recording:
         recording,
         time_s=recording.time_s[rows],
         axes={name: _rows(axis, rows) for name, axis in recording.axes.items()},
+        passive={
+            name: replace(axis, position=axis.position[rows])
+            for name, axis in recording.passive.items()
+        },
         source=f"{recording.source}, {begin_s - start_s:.4g} to {end_s - start_s:.4g} s",
         begin_s=recording.begin_s + float(recording.time_s[first]) - start_s,
     )

@@ -36,9 +36,7 @@ class Sampled:
     def of(cls, recording: Recording, name: str, clock: int) -> "Sampled":
         """Resample a recording."""
         grid = EvenGrid.of(recording.time_s)
-        positions = {
-            other: grid.resampled(record.position) for other, record in recording.axes.items()
-        }
+        positions = {other: grid.resampled(each) for other, each in recording.positions.items()}
         effort = grid.resampled(recording.axes[name].effort)
         unknown = grid.unknown(recording.axes[name].effort)
         return cls(
