@@ -10,6 +10,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
+from edge_ident.model.sources import axes_of
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
@@ -70,8 +71,9 @@ def _smooth_motions(
         time_s = grid.time_s - grid.time_s[0] + signals.begin_s + recording.begin_s
         return Motion.known(time_s, *filtered)
 
-    sources = {term.source_axis for term in axis.terms} & set(positions)
-    return smooth(name), {source: smooth(source) for source in sources if source is not None}
+    axes = set(positions)
+    sources = {s for t in axis.terms for s in axes_of(t.source_axis, axes)}
+    return smooth(name), {source: smooth(source) for source in sources & axes}
 
 
 def _added(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> Array:

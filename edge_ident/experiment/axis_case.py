@@ -28,6 +28,7 @@ from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation
+from edge_ident.model.sources import axes_of
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from firmware_interface.motion import Multisine, Staircase
@@ -170,7 +171,7 @@ def _bases(
 
 
 def _seen(term: Term, data: AxisData) -> bool:
-    return term.source_axis is None or term.source_axis in data.other_axes
+    return set(axes_of(term.source_axis, data.other_axes)) <= set(data.other_axes)
 
 
 def _explanations(data: AxisData, problem: Problem) -> Problem:

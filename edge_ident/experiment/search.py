@@ -23,6 +23,7 @@ from edge_ident.experiment.shapes import Shape
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
+from edge_ident.model.sources import axes_of
 from firmware_interface.motion import Multisine, Staircase
 
 Array = NDArray[np.float64]
@@ -103,7 +104,7 @@ class Problem:
 
     def compared(self, motion: Multisine | Staircase) -> Compared | None:
         """The samples of a motion; None where hardly one shows the axis in motion."""
-        sources = {t.source_axis for t in self.terms}
+        sources = {axis for t in self.terms for axis in axes_of(t.source_axis, self.others)}
         others: dict[str, Motion] = {
             name: self.instruments.motion(other, self.duration_s)
             for name, other in self.others.items()

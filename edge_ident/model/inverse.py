@@ -14,6 +14,7 @@ from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
+from edge_ident.model.sources import acting, axes_of
 
 Array = NDArray[np.float64]
 Kept = dict[object, Any]
@@ -158,9 +159,10 @@ def _with_source(
 ) -> Motion:
     if not effect.has_source(source):
         return motion
-    if source is None or source not in others:
+    axes = axes_of(source, others)
+    if not axes or not others.keys() >= set(axes):
         raise ModelError(
             f"{effect.name} needs the motion of axis {source}",
             f"name one of {', '.join(others) or 'several axes'}, and give its motion",
         )
-    return replace(motion, source=others[source])
+    return replace(motion, source=acting([others[axis] for axis in axes]))

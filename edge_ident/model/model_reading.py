@@ -18,6 +18,7 @@ from edge_ident.model.model import (
     inertia_unit,
 )
 from edge_ident.model.physical_sums import left_by_terms
+from edge_ident.model.sources import axes_of
 from edge_ident.model.supported_range import QUANTITIES, SupportedRange
 
 SCHEMA: Final = "edge-ident/model/1"
@@ -184,7 +185,8 @@ class _Reader:
         for term in axis.terms:
             effect = named(term.effect)
             wanted = effect.needs_source or term.source_axis is not None
-            if wanted and term.source_axis not in others:
+            source = str(term.source_axis)
+            if wanted and not set(axes_of(source, others)) <= set(others):
                 raise self._error(
                     f"axis {name}, term {term.effect}", f"source_axis is {term.source_axis!r}",
                     f"name the axis that acts on it: {', '.join(others) or 'there is no other'}",

@@ -51,6 +51,8 @@ class Form:
         Which of two links it belongs to. Recordings list joints from the base outwards.
     rotary : bool
         Whether positions are taken for angles.
+    sums : bool
+        Whether two other joints may take part by the sum of their angles, as one.
     known : tuple of pairs of parameter name and float
         Values that follow from that, and need no search.
     several_speeds : bool
@@ -68,6 +70,7 @@ class Form:
     coupled: bool = False
     link: Link | None = None
     rotary: bool = False
+    sums: bool = False
     known: tuple[tuple[str, float], ...] = ()
     several_speeds: bool = False
     changes: ChangesWith | None = None

@@ -248,7 +248,9 @@ class Machine:
             matrix[:, i, i] = np.where(slides[i], balance.inertia[i], 1.0)
         for part, one in self._crossing(balance):
             coupling = part.effect.cross_inertia(one, part.values)
-            matrix[:, part.axis, part.source] += np.where(slides[part.axis], coupling, 0.0)
+            felt = np.where(slides[part.axis], coupling, 0.0)
+            for source in part.source:
+                matrix[:, part.axis, source] += felt
         free = np.where(slides, free, 0.0)
         return np.asarray(np.linalg.solve(matrix, free.T[..., None])[..., 0].T)
 
@@ -258,7 +260,7 @@ class Machine:
         for part, one in self._crossing(balance):
             effort = effort.copy()
             coupling = part.effect.cross_inertia(one, part.values)
-            effort[part.axis] += coupling * acceleration[part.source]
+            effort[part.axis] += coupling * acceleration[list(part.source)].sum(axis=0)
         return effort
 
     def _crossing(self, balance: _Balance) -> Iterator[tuple[Part, Motion]]:

@@ -12,17 +12,18 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.physical_sums import everywhere
+from edge_ident.model.sources import acting, axes_of
 
 Array = NDArray[np.float64]
 
 
 class Part(NamedTuple):
-    """One effect on one axis, with values (D,), its source's number and the rows of its states."""
+    """One effect on one axis, with values (D,), its source's numbers and the rows of its states."""
 
     axis: int
     effect: Effect
     values: Values
-    source: int | None
+    source: tuple[int, ...]
     memory: slice
 
     def at(self, all_axes: Motion, state: Array) -> Motion:
@@ -35,7 +36,7 @@ class Part(NamedTuple):
             all_axes.direction[self.axis],
             memory=state[self.memory],
             driven=all_axes.driven[self.axis],
-            source=None if self.source is None else _row(all_axes, self.source),
+            source=acting([_row(all_axes, i) for i in self.source]) if self.source else None,
         )
 
 
@@ -101,15 +102,17 @@ class Parts:
             inertia[part.axis] += part.effect.inertia(at, part.values)
         return np.asarray(inertia.min(axis=1))
 
-    def _source(self, axis: int, term: Term) -> int | None:
+    def _source(self, axis: int, term: Term) -> tuple[int, ...]:
         if not named(term.effect).has_source(term.source_axis):
-            return None
-        if term.source_axis not in self.names or term.source_axis == self.names[axis]:
+            return ()
+        others = {name: i for i, name in enumerate(self.names) if i != axis}
+        sources = axes_of(term.source_axis, others)
+        if not sources or not others.keys() >= set(sources):
             raise ModelError(
                 f"axis {self.names[axis]}, {term.effect}: no other axis is {term.source_axis}",
                 f"the axes are {', '.join(self.names)}",
             )
-        return self.names.index(term.source_axis)
+        return tuple(others[name] for name in sources)
 
 
 def _row(motion: Motion, axis: int) -> Motion:

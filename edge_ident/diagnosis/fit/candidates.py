@@ -6,6 +6,7 @@ serves loads, friction, memory, actuator, encoder and timing: each effect's file
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.search import Excitation, Form, Link
+from edge_ident.model.sources import together
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -82,13 +84,14 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
 
 
 def _sources(data: AxisData, form: Form) -> tuple[str | None, ...]:
-    """Other axes that may take part in a form, or none for one that needs none."""
+    """Other axes that may take part in a form, alone or as a sum; none where it needs none."""
     if not form.coupled:
         return (None,)
-    if form.link is None:
-        return data.other_axes
-    outer = form.link is Link.OUTER
-    return tuple(axis for axis in data.other_axes if (axis in data.carriers) == outer)
+    axes = data.other_axes
+    if form.link is not None:
+        axes = tuple(a for a in axes if (a in data.carriers) == (form.link is Link.OUTER))
+    sums = map(together, combinations(axes, 2)) if form.sums else ()
+    return (*axes, *sums)
 
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:

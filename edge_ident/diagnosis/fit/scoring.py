@@ -1,6 +1,6 @@
 """Scores of candidates on the residual of a model."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Self
@@ -158,7 +158,7 @@ class ResidualSubspace:
         self,
         library: Library,
         grids: Mapping[Candidate, Grid],
-        without: frozenset[str],
+        without: Set[str | Candidate],
         starts: int = 1,
     ) -> list[ScoredCandidate]:
         """Each candidate of a library at the best of its points.
@@ -168,8 +168,8 @@ class ResidualSubspace:
         library : Library
         grids : mapping of Candidate to Grid
             The whole ranges that are searched.
-        without : frozenset of str
-            Effects that are left out.
+        without : set of str or Candidate
+            Effects and candidates that are left out.
         starts : int, optional
             A candidate that a descent refines comes at the best of so many parts of the range of
             its first nonlinear parameter.
@@ -177,7 +177,7 @@ class ResidualSubspace:
         fits = library.fits(self.basis, self.jacobian, self.left, self.key)
         found = []
         for candidate, points in library.points.items():
-            if candidate.effect in without:
+            if candidate.effect in without or candidate in without:
                 continue
             errors, linear = fits[candidate]
             errors = self._penalized(candidate, points, errors, linear)

@@ -1,15 +1,19 @@
 """Screening of candidates, before any model is fitted with them: physical, and reliable."""
 
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve
+from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.select.thresholds import LARGEST, RELIABILITY
 from edge_ident.model.effects import named
+from edge_ident.model.model import Term
 from edge_ident.model.search import Excitation
+from edge_ident.model.sources import axes_of
 
 Array = NDArray[np.float64]
 
@@ -71,7 +75,23 @@ def _reliability_ratio(
     return lowest
 
 
-def unrepeatable(model: FittedModel) -> frozenset[str]:
-    """Effects of a model that an axis can have only once."""
-    names = {term.effect for term in model.axis.terms[1:]}
-    return frozenset(name for name in names if not named(name).search.repeats)
+def unrepeatable(model: FittedModel, library: Iterable[Candidate]) -> frozenset[str | Candidate]:
+    """What an axis can have only once, and a model has: an effect, or one from another axis.
+
+    Several axes may act on one by the same effect. Where sums of angles do, a larger one contains
+    the smaller one: a link's angle holds those of all joints that carry it.
+    """
+    once = [t for t in model.axis.terms[1:] if not named(t.effect).search.repeats]
+    alone = {t.effect for t in once if t.source_axis is None}
+    beside = (c for c in library for t in once if c.effect == t.effect and not _apart(c, t))
+    return frozenset(alone).union(beside)
+
+
+def _apart(candidate: Candidate, term: Term) -> bool:
+    """Whether an effect may act from one axis beside the same effect from another one."""
+    if candidate.source is None or term.source_axis is None:
+        return False
+    sources = [set(axes_of(source, ())) for source in (candidate.source, term.source_axis)]
+    if not any(form.sums for form in named(term.effect).search.forms):
+        return sources[0] != sources[1]
+    return sources[0] < sources[1] or sources[1] < sources[0]

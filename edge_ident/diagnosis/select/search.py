@@ -13,11 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import (
-    Candidate,
-    candidates,
-    grid,
-)
+from edge_ident.diagnosis.fit.candidates import Candidate, candidates, grid
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
 from edge_ident.diagnosis.fit.grid_rows import Searched, grid_rows, kept_rows
@@ -176,15 +172,15 @@ class Search:
         return fit(self.data, self.template, base, terms)
 
     def score(
-        self, fitted: FittedModel, without: frozenset[str] = frozenset()
+        self, fitted: FittedModel, without: frozenset[str | Candidate] = frozenset()
     ) -> list[ScoredCandidate]:
         """Score all candidates on top of a model; refine and screen the most promising.
 
         Parameters
         ----------
         fitted : FittedModel
-        without : frozenset of str
-            Effects that are left out.
+        without : frozenset of str or Candidate
+            Effects and candidates that are left out.
 
         Returns
         -------
@@ -226,7 +222,7 @@ class Search:
         return sorted(found, key=value)
 
     def _descents(
-        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str]
+        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str | Candidate]
     ) -> list[ScoredCandidate]:
         """Candidates of sparse grids, refined from each part of their ranges."""
         scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
@@ -239,7 +235,11 @@ class Search:
         ]
 
     def _coarse(
-        self, fitted: FittedModel, of: ResidualSubspace, without: frozenset[str], held: bool = False
+        self,
+        fitted: FittedModel,
+        of: ResidualSubspace,
+        without: frozenset[str | Candidate],
+        held: bool = False,
     ) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, a delay as fitted, and the strongest
         vibration; once a model: criteria that count other samples ask again."""
@@ -254,7 +254,7 @@ class Search:
             coarse += [
                 of.score(c, self.library.points[c], self.grids[c])
                 for c in following
-                if c.effect not in without
+                if not without & {c, c.effect}
             ]
             strongest = self.spectrum.strongest(of.residual)
             if strongest["frequency"].size and VIBRATION.effect not in without:
