@@ -195,7 +195,7 @@ def _controllers_law(
     recording: Recording, axis: AxisRecord, segment: Segment, effort: Array, regressor: Array
 ) -> list[Finding]:
     """Whether the effort follows from the motion by a controller's law as well as by dynamics."""
-    law = feedback_law(segment, effort, regressor)
+    law = feedback_law(segment, effort, regressor, axis.position_unit == "rad")
     if not law.describes or _driven_by_reference(recording, axis, segment.cutoff_hz):
         return []
     gains = [

@@ -4,7 +4,8 @@ A loop that holds a speed or a position answers every disturbance by effort = ga
 motion). Where the reference hardly moves, this law is all that the recording shows: least squares
 finds minus the controller's gain and calls it friction (Ljung, System Identification, 1999,
 section 13.4). The law differs from the dynamics by its signs: effort falls where position or
-velocity is too high. It never acts before the motion that it answers.
+velocity is too high. It never acts before the motion that it answers. So does the weight of an arm
+that stands on its joint: what a law explains by an angle, the dynamics may explain by a weight.
 """
 
 from dataclasses import dataclass
@@ -38,7 +39,7 @@ class FeedbackLaw:
     position_gain, velocity_gain : float
         Effort per unit of position and velocity, never negative.
     over_base : float
-        Residual over that of the base model with physical signs, the larger of two: with and
+        Residual over that of base model and weight with physical signs, the larger of two: with and
         without the strongest line of the motion. At one frequency any law describes any effort.
     left : float
         Residual over the variation of the effort, the larger of the same two.
@@ -55,7 +56,7 @@ class FeedbackLaw:
         return self.over_base < _AS_WELL and self.left < _EXPLAINS
 
 
-def feedback_law(segment: Segment, effort: Array, regressor: Array) -> FeedbackLaw:
+def feedback_law(segment: Segment, effort: Array, regressor: Array, rotary: bool) -> FeedbackLaw:
     """Fit the law of a controller whose reference rests or moves at constant speed.
 
     Parameters
@@ -65,6 +66,8 @@ def feedback_law(segment: Segment, effort: Array, regressor: Array) -> FeedbackL
         Filtered, at the compared samples.
     regressor : (n, 4) array
         Columns of the base model, filtered alike.
+    rotary : bool
+        Whether positions are angles, which a weight may follow.
 
     Returns
     -------
@@ -79,8 +82,10 @@ def feedback_law(segment: Segment, effort: Array, regressor: Array) -> FeedbackL
     ramp = segment.filter(segment.motion.time_s - np.mean(segment.motion.time_s))[valid]
     slow = np.stack([resting, ramp], axis=1)
     tone = np.stack([resting * np.sin(angle), resting * np.cos(angle)], axis=1)
+    weight = _weight(segment)[valid] if rotary else np.empty((len(time_s), 0))
+    dynamics = np.hstack([regressor[valid], -regressor[valid, 3:], weight, -weight])
     laws = [
-        _fitted(effort[valid], regressor[valid], answers, known)
+        _fitted(effort[valid], dynamics, answers, known)
         for known in (slow, np.hstack([slow, tone]))
     ]
     return FeedbackLaw(
@@ -100,8 +105,15 @@ def _answer(segment: Segment, lag: float) -> Array:
     return -segment.filter(before).T
 
 
+def _weight(segment: Segment) -> Array:
+    """What a weight on the axis adds, per its two parts, (n, 2)."""
+    angle = segment.motion.position
+    return segment.filter(np.stack([np.cos(angle), np.sin(angle)])).T
+
+
 def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array) -> FeedbackLaw:
-    """The law and the base model, both beside columns (n, K) that explain nothing."""
+    """The law and dynamics (n, P) of no negative amounts, both beside columns (n, K) that explain
+    nothing."""
     basis = np.linalg.qr(known / np.linalg.norm(known, axis=0))[0]
 
     def beside(signal: Array) -> Array:
@@ -109,8 +121,7 @@ def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array)
 
     target = beside(effort)
     variation = float(np.linalg.norm(target))
-    offset = beside(regressor[:, 3:])
-    columns, _ = unit_length(np.hstack([beside(regressor[:, :3]), offset, -offset]))
+    columns, _ = unit_length(beside(regressor))
     dynamics = scipy.optimize.nnls(columns, target)[1]
     floor = np.finfo(float).eps * float(np.linalg.norm(effort))
     best = FeedbackLaw(0.0, 0.0, np.inf, np.inf)
