@@ -7,13 +7,14 @@ from typing import Any, Final, Self
 import numpy as np
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.parts import as_diagnosed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.signals.recording import Recording
 
 HARMED: Final = 1.02
@@ -34,7 +35,7 @@ class Score:
         Relative residuals on the recording that was fitted.
     base, extended : float
         Relative residuals on the other one, with the offset refitted and without terms that are
-        tied to time; nan where that recording cannot be judged.
+        tied to time (`lasting`); nan where that recording cannot be judged.
     note : str
         Why there is no figure.
     """
@@ -85,14 +86,17 @@ def scores(label: str, fitted: Recording, other: Recording) -> list[Score]:
         found = diagnose([fitted])
     except EdgeIdentError as error:
         return [Score(label, name, note=str(error)) for name in fitted.axes]
-    return [_scored(label, name, axis, other) for name, axis in found.axes.items()]
+    return [_scored(label, name, axis, fitted, other) for name, axis in found.axes.items()]
 
 
-def _scored(label: str, name: str, axis: AxisDiagnosis, other: Recording) -> Score:
+def _scored(
+    label: str, name: str, axis: AxisDiagnosis, fitted: Recording, other: Recording
+) -> Score:
     base, extended, note = np.nan, np.nan, ""
     try:
-        data = prepare_axis(as_diagnosed([other], name), name)
-        base, extended = (residual(data, model) for model in (_base(axis), axis.model))
+        own, data = (prepare_axis(as_diagnosed([r], name), name) for r in (fitted, other))
+        models = (_base(axis), lasting(own, axis.model))
+        base, extended = (residual(data, model) for model in models)
     except EdgeIdentError as error:
         note = str(error)
     return Score(
@@ -110,16 +114,35 @@ def _scored(label: str, name: str, axis: AxisDiagnosis, other: Recording) -> Sco
     )
 
 
+def lasting(data: AxisData, model: AxisModel) -> AxisModel:
+    """A model without what is tied to the time of its recording, which another one does not have.
+
+    What that changes in the base parameters, as a warm-up does the friction, is as it is on average
+    over the recording `data`, to which the model was fitted.
+    """
+    base, *added = model.terms
+    kept = tuple(term for term in added if not named(term.effect).tied_to_time)
+    without = replace(model, terms=(base, *kept))
+    gone = [term for term in added if term not in kept]
+    changed = sorted({name for term in gone for name in named(term.effect).changes_base})
+    if not changed:
+        return without
+    columns = base_regressor(data)[:, [PARAMETERS.index(name) for name in changed]]
+    change = (data.predicted(model) - data.predicted(without))[data.valid]
+    steps = np.linalg.lstsq(columns[data.valid], change)[0]
+    values = {name: base.values[name] + s for name, s in zip(changed, steps.tolist(), strict=True)}
+    return replace(model, terms=(replace(base, values={**base.values, **values}), *kept))
+
+
 def residual(data: AxisData, model: AxisModel) -> float:
-    """Relative residual of a model as it is; its offset is refitted, what is tied to time left out.
+    """Relative residual of a model as it is; its offset is refitted.
 
     The filter fades an offset out at reversals like everything else, so it is no constant.
     """
     base = model.terms[0]
-    kept = tuple(term for term in model.terms[1:] if not named(term.effect).tied_to_time)
     raised = replace(base, values={**base.values, "offset": base.values["offset"] + 1.0})
     predicted, higher = (
-        data.predicted(AxisModel((term, *kept), *model.units))[data.valid]
+        data.predicted(replace(model, terms=(term, *model.terms[1:])))[data.valid]
         for term in (base, raised)
     )
     effort, column = data.effort[data.valid], higher - predicted
