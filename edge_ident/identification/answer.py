@@ -263,7 +263,7 @@ def _extended(
         estimates.recording, name, Model({name: diagnosed.model}),
         late_s=diagnosed.timing.shift_s, of_motion=known,
     )  # fmt: skip
-    estimate = Estimate(diagnosed.model.parameters, diagnosed.extended.estimate.std)
+    estimate = diagnosed.model.estimate  # physical, as in a file, and no surer than that
     error = _model_error(compensated, estimates.part, estimate.std)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"

@@ -135,6 +135,12 @@ class AxisModel:
         values = [np.asarray(self.terms[0].values[name], dtype=np.float64) for name in PARAMETERS]
         return np.stack(np.broadcast_arrays(*values), axis=-1)
 
+    @property
+    def estimate(self) -> Estimate:
+        """The base term of one drive: (4,) parameters and deviations, zero where none is known."""
+        known = self.terms[0].std
+        return Estimate(self.parameters, np.array([known.get(name, 0.0) for name in PARAMETERS]))
+
 
 @dataclass(frozen=True)
 class SourceFile:

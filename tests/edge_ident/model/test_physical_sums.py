@@ -33,3 +33,12 @@ def test_what_is_missing_is_added_and_said_in_the_deviation() -> None:
 def test_a_physical_axis_stays_as_it_is() -> None:
     sound = axis(0.5, 1.0, LIGHTER)
     assert made_physical(sound, 0.001) == sound
+
+
+def test_an_axis_is_no_surer_of_its_friction_than_what_had_to_be_added() -> None:
+    """Where the part that builds up was found larger than the whole, the answer says so."""
+    level = Term("presliding_hysteresis", {"level": 1.01, "distance": 1e-3}, {"level": 0.09})
+    found = made_physical(axis(0.3, 0.91, level), 0.001).estimate
+    assert found.parameters[2] == pytest.approx(1.01)
+    assert found.std[2] == pytest.approx(0.1)
+    assert found.std.tolist()[:2] == [0.01, 0.0]
