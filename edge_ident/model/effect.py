@@ -108,6 +108,8 @@ class Effect:
     """Whether its effort depends on the base parameters too, and on the loads that are carried."""
     carried: ClassVar[bool] = False
     """Whether its load is carried through the transmission, as inertia and constant load are."""
+    part_of_friction: ClassVar[str] = ""
+    """Parameter that says how much of the Coulomb friction acts in this way, and no other."""
     changes_base: ClassVar[tuple[str, ...]] = ()
     """Base parameters that the effect changes in time, where that is all it does."""
     tied_to_time: ClassVar[bool] = False

@@ -5,6 +5,7 @@ They may take no more than there is: at any time, at any angle of another joint,
 that the model was seen at.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
 
 _EVER: Final = (-1e12, 1e12)
@@ -70,12 +71,16 @@ def everywhere(velocity: float, axis: AxisModel) -> Motion:
 def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
     """The axis with as much more inertia and Coulomb friction as a simulation needs.
 
+    A part of the friction that is larger than the whole becomes the whole. Such a part shows at
+    reversals, where the direction is hardly known, and the whole wherever the axis slides.
+
     Parameters
     ----------
     axis : AxisModel
     least_inertia : float
         What must be left of the inertia; so little that the recording could not show it.
     """
+    axis = replace(axis, terms=tuple(_no_more_than_all(axis)))
     left, base = left_by_terms(axis), axis.terms[0]
     values, std = dict(base.values), dict(base.std)
     for name, more in (
@@ -87,3 +92,19 @@ def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
             # it is not known better than by what had to be added
             std[name] = max(std.get(name, 0.0), more)
     return replace(axis, terms=(replace(base, values=values, std=std), *axis.terms[1:]))
+
+
+def _no_more_than_all(axis: AxisModel) -> Iterator[Term]:
+    """The terms; those that are a part of the friction have no more than others leave of it."""
+    missing = max(0.0, -left_by_terms(axis).coulomb_friction)
+    for term in axis.terms:
+        part = named(term.effect).part_of_friction
+        if not part or not missing:
+            yield term
+            continue
+        value = float(term.values[part])
+        less = min(missing, value)
+        missing -= less
+        # it is not known better than by what had to be taken
+        std = {**term.std, part: max(term.std.get(part) or 0.0, less)}
+        yield replace(term, values={**term.values, part: value - less}, std=std)

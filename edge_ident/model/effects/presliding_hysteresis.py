@@ -36,6 +36,7 @@ class PreslidingHysteresis(Effect):
     )
     memory_size = _BRISTLES
     memory_scale = "level"
+    part_of_friction = "level"
 
     def load(self, at: Motion, values: Values) -> Array:
         """Effort of the bristles."""

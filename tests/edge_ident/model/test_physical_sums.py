@@ -35,10 +35,17 @@ def test_a_physical_axis_stays_as_it_is() -> None:
     assert made_physical(sound, 0.001) == sound
 
 
-def test_an_axis_is_no_surer_of_its_friction_than_what_had_to_be_added() -> None:
-    """Where the part that builds up was found larger than the whole, the answer says so."""
+def test_a_part_of_the_friction_is_no_larger_than_the_whole() -> None:
+    """It shows at reversals alone, and the whole wherever the axis slides."""
     level = Term("presliding_hysteresis", {"level": 1.01, "distance": 1e-3}, {"level": 0.09})
-    found = made_physical(axis(0.3, 0.91, level), 0.001).estimate
-    assert found.parameters[2] == pytest.approx(1.01)
-    assert found.std[2] == pytest.approx(0.1)
-    assert found.std.tolist()[:2] == [0.01, 0.0]
+    made = made_physical(axis(0.3, 0.91, level), 0.001)
+    assert made.terms[0].values["coulomb_friction"] == 0.91
+    assert made.terms[1].values == pytest.approx({"level": 0.91, "distance": 1e-3})
+    assert made.terms[1].std["level"] == pytest.approx(0.1)
+    assert left_by_terms(made).physical
+
+
+def test_an_axis_is_no_surer_than_what_had_to_be_added() -> None:
+    found = made_physical(axis(0.2, 0.1, LIGHTER), 0.001).estimate
+    assert found.parameters.tolist() == pytest.approx([0.301, 0.9, 0.4, 0.1])
+    assert found.std.tolist() == pytest.approx([0.101, 0.0, 0.3, 0.0])
