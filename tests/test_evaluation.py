@@ -13,7 +13,7 @@ from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis.select.test_search_parts import recorded, rigid, swing
 from tools.diagnosis_benchmark.outcome import Named, Outcome
 from tools.real_machines.pairs import disturbed, halves, pairs_in
-from tools.real_machines.scores import Score, residual
+from tools.real_machines.scores import Score, lasting, residual
 from tools.real_machines.tables import summary
 
 TRUTH = base_axis(Estimate(np.array([0.5, 0.8, 1.1, 0.2]), np.zeros(4)))
@@ -35,10 +35,19 @@ def test_the_score_knows_neither_offset_nor_clock() -> None:
     assert left(TRUTH, swung(offset=3.0)) < 0.002
     event = Term("disturbance_event", {"time": 4.0, "duration": 0.5, "level": 2.0})
     pushed = replace(TRUTH, terms=(*TRUTH.terms, event))
-    assert left(pushed, swung()) < 0.002
+    assert left(lasting(prepare_axis([swung(push=2.0)], "x"), pushed), swung()) < 0.002
     assert left(TRUTH, swung(push=2.0)) > 0.05
     friction = Term("asymmetric_friction", {"difference": 0.2})
     assert left(replace(TRUTH, terms=(*TRUTH.terms, friction)), swung()) > 0.05
+
+
+def test_without_a_warm_up_friction_is_what_it_was_on_average() -> None:
+    warm_up = Term("warm_up", {"excess": 0.6, "time_constant": 4.0, "dry_excess": 0.0})
+    cold = lasting(prepare_axis([swung()], "x"), replace(TRUTH, terms=(*TRUTH.terms, warm_up)))
+    assert len(cold.terms) == 1
+    average = 0.6 * 4.0 / 10.0 * (1.0 - np.exp(-10.0 / 4.0))
+    assert cold.parameters == pytest.approx([0.5, 0.8 + average, 1.1, 0.2], rel=0.15)
+    assert cold.parameters[[0, 3]].tolist() == TRUTH.parameters[[0, 3]].tolist()
 
 
 def test_files_of_a_folder_are_paired_by_their_names(tmp_path: Path) -> None:
