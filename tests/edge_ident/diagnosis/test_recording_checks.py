@@ -100,6 +100,27 @@ def test_the_same_loop_with_a_reference_that_moves_shows_the_machine() -> None:
     assert "feedback_law" not in found(speed_loop(0.3), "m")
 
 
+def upright(seed: int) -> Recording:
+    """A shoulder that carries weights above it; the elbow between them is not recorded."""
+    rng = np.random.default_rng(seed)
+    time_s = 5e-3 * np.arange(4000)
+    rates = 2.0 * np.pi * np.array([[0.11, 0.23, 0.31], [0.13, 0.27, 0.36]])
+    phases = rng.uniform(0.0, 6.3, rates.shape)
+    angle, elbow = 0.3 * np.sin(rates[..., None] * time_s + phases[..., None]).sum(axis=1)
+    speed = np.gradient(angle, time_s)
+    effort = 1.5 * np.gradient(speed, time_s) + 4.0 * speed + 3.0 * np.sign(speed)
+    effort -= 39.0 * np.sin(angle) + 19.0 * np.sin(angle + elbow)
+    effort += 0.1 * rng.standard_normal(len(time_s))
+    axis = AxisRecord(1e-5 * np.round(angle / 1e-5), effort, "rad", "N*m")
+    return Recording(time_s, {"shoulder": axis}, "arm")
+
+
+@pytest.mark.parametrize("seed", a_few([0, 1, 2], [0]))
+def test_an_arm_that_stands_on_its_joint_is_not_taken_for_a_loop(seed: int) -> None:
+    """It falls where its angle grows, as a controller pulls back."""
+    assert "feedback_law" not in found(upright(seed), "shoulder")
+
+
 @pytest.mark.parametrize("seed", a_few([1, 2], [1]))
 @pytest.mark.parametrize(
     "motion",
