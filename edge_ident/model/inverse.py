@@ -14,7 +14,7 @@ from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
-from edge_ident.model.sources import acting, axes_of
+from edge_ident.model.sources import acting, together
 
 Array = NDArray[np.float64]
 Kept = dict[object, Any]
@@ -159,10 +159,10 @@ def _with_source(
 ) -> Motion:
     if not effect.has_source(source):
         return motion
-    axes = axes_of(source, others)
-    if not axes or not others.keys() >= set(axes):
+    acts = acting(source, others)
+    if not acts or not all(one.axis in others for one in acts):
         raise ModelError(
             f"{effect.name} needs the motion of axis {source}",
             f"name one of {', '.join(others) or 'several axes'}, and give its motion",
         )
-    return replace(motion, source=acting([others[axis] for axis in axes]))
+    return replace(motion, source=together((others[one.axis], one.sense) for one in acts))

@@ -51,8 +51,10 @@ class Form:
         Which of two links it belongs to. Recordings list joints from the base outwards.
     rotary : bool
         Whether positions are taken for angles.
+    senses : bool
+        Whether it matters in which sense the other joint counts its angle.
     sums : bool
-        Whether two other joints may take part by the sum of their angles, as one.
+        Whether two of them may take part by the sum of their angles, in any sense of each.
     known : tuple of pairs of parameter name and float
         Values that follow from that, and need no search.
     several_speeds : bool
@@ -70,6 +72,7 @@ class Form:
     coupled: bool = False
     link: Link | None = None
     rotary: bool = False
+    senses: bool = False
     sums: bool = False
     known: tuple[tuple[str, float], ...] = ()
     several_speeds: bool = False

@@ -1,26 +1,39 @@
-"""The axes that act on another one: one of them, or several joints by the sum of their angles.
+"""The axes that act on another one: one of them, or joints by the sum of their angles.
 
 A link's angle in space is the sum of the angles of all joints up to it that turn in its plane. So a
-term names as its source one axis, `j2`, or several, `j2 + j3`.
+term names as its source one axis, `j2`, or several, `j1 + j2`. A joint that counts its angle the
+other way round has a minus: `-j2`, `j1 - j2`.
 """
 
-from collections.abc import Collection, Sequence
+import re
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import reduce
-from typing import Final
+from itertools import product
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from edge_ident.model.motion import Motion
 
-_PLUS: Final = " + "
+_SIGNS: Final = re.compile(r"(?:^|\s)([+-])(?:\s|(?=\S))")
 
 
-def together(axes: Sequence[str]) -> str:
-    """What a term names as its source where several axes act by the sum of their positions."""
-    return _PLUS.join(axes)
+class Acting(NamedTuple):
+    """An axis that takes part, and the sense in which it counts: 1 or -1."""
+
+    axis: str
+    sense: int
 
 
-def axes_of(source: str | None, known: Collection[str]) -> tuple[str, ...]:
+def sources(axes: Sequence[str]) -> Iterator[str]:
+    """What a term names where axes act by the sum of their angles, in all senses of each."""
+    for senses in product((1, -1), repeat=len(axes)):
+        signs = ["-" if sense < 0 else "+" for sense in senses]
+        first = f"-{axes[0]}" if senses[0] < 0 else axes[0]
+        yield " ".join([first, *(f"{s} {a}" for s, a in zip(signs[1:], axes[1:], strict=True))])
+
+
+def acting(source: str | None, known: Collection[str]) -> tuple[Acting, ...]:
     """The axes that a source stands for; none for no source.
 
     Parameters
@@ -32,12 +45,29 @@ def axes_of(source: str | None, known: Collection[str]) -> tuple[str, ...]:
     """
     if source is None:
         return ()
-    return (source,) if source in known else tuple(source.split(_PLUS))
+    if source in known:
+        return (Acting(source, 1),)
+    first, *others = _SIGNS.split(source)
+    pairs = zip(others[::2], others[1::2], strict=True)
+    named = [("+", first)] if first else []
+    return tuple(Acting(a, -1 if sign == "-" else 1) for sign, a in (*named, *pairs))
 
 
-def acting(motions: Sequence[Motion]) -> Motion:
-    """The motion of what acts: that of one axis, or the sum of several."""
-    return reduce(_sum, motions)
+def axes_of(source: str | None, known: Collection[str]) -> tuple[str, ...]:
+    """Their names."""
+    return tuple(one.axis for one in acting(source, known))
+
+
+def together(motions: Iterable[tuple[Motion, int]]) -> Motion:
+    """The motion of what acts, from those of its axes and the senses in which these count."""
+    return reduce(_sum, (_turned(motion, sense) for motion, sense in motions))
+
+
+def _turned(one: Motion, sense: int) -> Motion:
+    if sense > 0:
+        return one
+    signals = (-one.position, -one.velocity, -one.acceleration, -one.direction)
+    return Motion(one.time_s, *signals, clock=one.clock)
 
 
 def _sum(one: Motion, other: Motion) -> Motion:

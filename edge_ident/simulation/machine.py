@@ -249,8 +249,8 @@ class Machine:
         for part, one in self._crossing(balance):
             coupling = part.effect.cross_inertia(one, part.values)
             felt = np.where(slides[part.axis], coupling, 0.0)
-            for source in part.source:
-                matrix[:, part.axis, source] += felt
+            for source, sense in part.source:
+                matrix[:, part.axis, source] += sense * felt
         free = np.where(slides, free, 0.0)
         return np.asarray(np.linalg.solve(matrix, free.T[..., None])[..., 0].T)
 
@@ -260,7 +260,7 @@ class Machine:
         for part, one in self._crossing(balance):
             effort = effort.copy()
             coupling = part.effect.cross_inertia(one, part.values)
-            effort[part.axis] += coupling * acceleration[list(part.source)].sum(axis=0)
+            effort[part.axis] += coupling * sum(sense * acceleration[i] for i, sense in part.source)
         return effort
 
     def _crossing(self, balance: _Balance) -> Iterator[tuple[Part, Motion]]:

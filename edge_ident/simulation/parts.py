@@ -12,18 +12,19 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.physical_sums import everywhere
-from edge_ident.model.sources import acting, axes_of
+from edge_ident.model.sources import acting, together
 
 Array = NDArray[np.float64]
 
 
 class Part(NamedTuple):
-    """One effect on one axis, with values (D,), its source's numbers and the rows of its states."""
+    """One effect on one axis, with values (D,), number and sense of each axis that acts on it, and
+    the rows of its states."""
 
     axis: int
     effect: Effect
     values: Values
-    source: tuple[int, ...]
+    source: tuple[tuple[int, int], ...]
     memory: slice
 
     def at(self, all_axes: Motion, state: Array) -> Motion:
@@ -36,7 +37,9 @@ class Part(NamedTuple):
             all_axes.direction[self.axis],
             memory=state[self.memory],
             driven=all_axes.driven[self.axis],
-            source=acting([_row(all_axes, i) for i in self.source]) if self.source else None,
+            source=together((_row(all_axes, i), sense) for i, sense in self.source)
+            if self.source
+            else None,
         )
 
 
@@ -102,17 +105,17 @@ class Parts:
             inertia[part.axis] += part.effect.inertia(at, part.values)
         return np.asarray(inertia.min(axis=1))
 
-    def _source(self, axis: int, term: Term) -> tuple[int, ...]:
+    def _source(self, axis: int, term: Term) -> tuple[tuple[int, int], ...]:
         if not named(term.effect).has_source(term.source_axis):
             return ()
         others = {name: i for i, name in enumerate(self.names) if i != axis}
-        sources = axes_of(term.source_axis, others)
-        if not sources or not others.keys() >= set(sources):
+        acts = acting(term.source_axis, others)
+        if not acts or not all(one.axis in others for one in acts):
             raise ModelError(
                 f"axis {self.names[axis]}, {term.effect}: no other axis is {term.source_axis}",
                 f"the axes are {', '.join(self.names)}",
             )
-        return tuple(others[name] for name in sources)
+        return tuple((others[one.axis], one.sense) for one in acts)
 
 
 def _row(motion: Motion, axis: int) -> Motion:

@@ -16,7 +16,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.search import Excitation, Form, Link
-from edge_ident.model.sources import together
+from edge_ident.model.sources import sources
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -90,8 +90,11 @@ def _sources(data: AxisData, form: Form) -> tuple[str | None, ...]:
     axes = data.other_axes
     if form.link is not None:
         axes = tuple(a for a in axes if (a in data.carriers) == (form.link is Link.OUTER))
-    sums = map(together, combinations(axes, 2)) if form.sums else ()
-    return (*axes, *sums)
+    if not form.senses:
+        return axes
+    most = 2 if form.sums else 1
+    groups = (group for count in range(1, most + 1) for group in combinations(axes, count))
+    return tuple(source for group in groups for source in sources(group))
 
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:

@@ -24,6 +24,7 @@ from edge_ident.diagnosis.select.thresholds import (
     FOLLOWED,
     MOST_TERMS,
 )
+from edge_ident.model.sources import axes_of
 
 
 @dataclass(frozen=True)
@@ -184,13 +185,13 @@ def _children(
             yield child
 
 
-def _kind(candidate: Candidate) -> tuple[str, str]:
-    """What the beam tells apart: the effect, and the other axis that takes part in it.
+def _kind(candidate: Candidate) -> tuple[str, ...]:
+    """What the beam tells apart: the effect, and the other axes that take part in it.
 
     A weight that follows the own angle, and one that follows the sum of both, leave different
     things for the next cause.
     """
-    return candidate.effect, candidate.source or ""
+    return candidate.effect, *axes_of(candidate.source, ())
 
 
 def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> FittedModel | None:
@@ -226,7 +227,7 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
 
 def _distinct(ranked: Iterable[FittedModel]) -> list[FittedModel]:
     """The first model of each set of kinds."""
-    kept: dict[tuple[tuple[str, str], ...], FittedModel] = {}
+    kept: dict[tuple[tuple[str, ...], ...], FittedModel] = {}
     for model in ranked:
         kept.setdefault(tuple(sorted(_kind(t.candidate) for t in model.terms)), model)
     return list(kept.values())

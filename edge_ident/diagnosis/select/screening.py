@@ -13,7 +13,7 @@ from edge_ident.diagnosis.select.thresholds import LARGEST, RELIABILITY
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
 from edge_ident.model.search import Excitation
-from edge_ident.model.sources import axes_of
+from edge_ident.model.sources import acting
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _apart(candidate: Candidate, term: Term) -> bool:
     """Whether an effect may act from one axis beside the same effect from another one."""
     if candidate.source is None or term.source_axis is None:
         return False
-    sources = [set(axes_of(source, ())) for source in (candidate.source, term.source_axis)]
+    one, other = (frozenset(acting(s, ())) for s in (candidate.source, term.source_axis))
     if not any(form.sums for form in named(term.effect).search.forms):
-        return sources[0] != sources[1]
-    return sources[0] < sources[1] or sources[1] < sources[0]
+        return {each.axis for each in one} != {each.axis for each in other}
+    return one < other or other < one

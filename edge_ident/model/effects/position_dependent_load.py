@@ -6,7 +6,7 @@ power describes. A hanging arm has a period of 2π rad; a bump is what a cable o
 a seal does at one place. The weight of a joint that another joint carries in the same plane follows
 the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The joint that carries the
 other one has both weights. With a third joint in that plane, x₂ may be the sum of the other two
-angles. The load is half the sum of the residual's maps over position forward
+angles; each may count the other way round. The load is half the sum of the residual's maps over position forward
 and backward. On a purely sinusoidal motion the stiffness looks like inertia, because a is
 proportional to x there.
 Source: statics.
@@ -121,12 +121,13 @@ EFFECT: Final = PositionDependentLoad(
             Form(("stiffness", "curvature")),
             Form(("stiffness", "curvature", "cubic"), changes=ChangesWith.STROKE),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
-            Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True, sums=True),
+            Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True, senses=True, sums=True),
             Form(
                 ("cosine", "sine", "sum_cosine", "sum_sine"),
                 coupled=True,
                 link=Link.INNER,
                 rotary=True,
+                senses=True,
                 sums=True,
                 known=(("period", _TURN_RAD),),
             ),
