@@ -52,7 +52,10 @@ class Form:
     rotary : bool
         Whether positions are taken for angles.
     senses : bool
-        Whether it matters in which sense the other joint counts its angle.
+        Whether it matters in which sense the other joint counts its angle: it turns in one plane
+        with this one.
+    across : bool
+        Whether the other joint turns about an axis across that of this one.
     sums : bool
         Whether two of them may take part by the sum of their angles, in any sense of each.
     known : tuple of pairs of parameter name and float
@@ -73,6 +76,7 @@ class Form:
     link: Link | None = None
     rotary: bool = False
     senses: bool = False
+    across: bool = False
     sums: bool = False
     known: tuple[tuple[str, float], ...] = ()
     several_speeds: bool = False

@@ -18,8 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Part(NamedTuple):
-    """One effect on one axis, with values (D,), number and sense of each axis that acts on it, and
-    the rows of its states."""
+    """One effect on one axis, with values (D,), what acts on it and the rows of its states."""
 
     axis: int
     effect: Effect

@@ -50,7 +50,9 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     """Fit the best alternatives in the place of one term of a model."""
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
-    scored = search.score(rest, unrepeatable(rest, search.library) | {term.candidate.effect})
+    scored = search.score(
+        rest, unrepeatable(rest, search.library, search.data.carriers) | {term.candidate.effect}
+    )
     models = [
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]

@@ -70,5 +70,5 @@ def with_another_form(search: Search, rest: FittedModel, candidate: Candidate) -
 def _others(search: Search, rest: FittedModel, candidate: Candidate) -> list[ScoredCandidate]:
     """Other forms of a candidate's effect that are promising on top of a model."""
     of_others = frozenset(catalogue()) - {candidate.effect}
-    found = search.score(rest, of_others | unrepeatable(rest, search.library))
+    found = search.score(rest, of_others | unrepeatable(rest, search.library, search.data.carriers))
     return [scored for scored in found if scored.candidate not in (candidate, VIBRATION)]

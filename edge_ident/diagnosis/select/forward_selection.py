@@ -175,7 +175,9 @@ def _children(
     search: Search, parent: FittedModel, without: frozenset[str]
 ) -> Iterable[FittedModel]:
     """Models with one more term that the acceptance rule accepts."""
-    scored = search.score(parent, unrepeatable(parent, search.library) | without)
+    scored = search.score(
+        parent, unrepeatable(parent, search.library, search.data.carriers) | without
+    )
     scored = [s for s in scored if not s.on_edge]
     least = min((s.error for s in scored), default=0.0)
     followed = [s for s in scored if s.error < FOLLOWED.value * least]

@@ -1,6 +1,6 @@
 """Screening of candidates, before any model is fitted with them: physical, and reliable."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Final
 
 import numpy as np
@@ -75,23 +75,47 @@ def _reliability_ratio(
     return lowest
 
 
-def unrepeatable(model: FittedModel, library: Iterable[Candidate]) -> frozenset[str | Candidate]:
-    """What an axis can have only once, and a model has: an effect, or one from another axis.
+def unrepeatable(
+    model: FittedModel, library: Iterable[Candidate], carriers: Set[str]
+) -> frozenset[str | Candidate]:
+    """What an axis cannot have beside a model: an effect a second time, or from the same axis, and
+    joints that turn in another way than those of the model.
 
-    Several axes may act on one by the same effect. Where sums of angles do, a larger one contains
-    the smaller one: a link's angle holds those of all joints that carry it.
+    Parameters
+    ----------
+    model : FittedModel
+    library : iterable of Candidate
+        Those that are searched.
+    carriers : set of str
+        Axes that carry this one.
     """
     once = [t for t in model.axis.terms[1:] if not named(t.effect).search.repeats]
     alone = {t.effect for t in once if t.source_axis is None}
-    beside = (c for c in library for t in once if c.effect == t.effect and not _apart(c, t))
-    return frozenset(alone).union(beside)
+    left_out = {c for c in library for t in once if c.effect == t.effect and _same(c, t, carriers)}
+    left_out |= {c for c in library for t in model.terms if _turns_otherwise(c, t.candidate)}
+    return frozenset(alone | left_out)
 
 
-def _apart(candidate: Candidate, term: Term) -> bool:
-    """Whether an effect may act from one axis beside the same effect from another one."""
-    if candidate.source is None or term.source_axis is None:
-        return False
+def _same(candidate: Candidate, term: Term, carriers: Set[str]) -> bool:
+    """Whether an effect acts from no other axis than the same effect of a model.
+
+    Where sums of angles act, it must be a part of the other: a link's angle holds those of all
+    joints that carry it. What the larger sum adds turns links further out.
+    """
     one, other = (frozenset(acting(s, ())) for s in (candidate.source, term.source_axis))
+    if not (one and other):
+        return True
     if not any(form.sums for form in named(term.effect).search.forms):
-        return {each.axis for each in one} != {each.axis for each in other}
-    return one < other or other < one
+        return {each.axis for each in one} == {each.axis for each in other}
+    smaller, larger = sorted((one, other), key=len)
+    return not smaller < larger or any(each.axis in carriers for each in larger - smaller)
+
+
+def _turns_otherwise(one: Candidate, other: Candidate) -> bool:
+    """Whether a joint would turn in one plane with this one and across it, or in two senses."""
+    senses = [dict(acting(c.source, ())) for c in (one, other)]
+    shared = senses[0].keys() & senses[1].keys()
+    if one.form.senses and other.form.senses:
+        return any(senses[0][axis] != senses[1][axis] for axis in shared)
+    across = (one.form.senses and other.form.across) or (one.form.across and other.form.senses)
+    return across and bool(shared)

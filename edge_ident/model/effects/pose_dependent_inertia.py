@@ -82,7 +82,13 @@ EFFECT: Final = PoseDependentInertia(
     ),
     search=SearchSpec(
         forms=tuple(
-            Form(tuple(f"{place}_{part}" for part in parts), coupled=True, link=link, rotary=True)
+            Form(
+                tuple(f"{place}_{part}" for part in parts),
+                coupled=True,
+                link=link,
+                rotary=True,
+                across=True,
+            )
             for place, (_, link) in _PLACES.items()
             for parts in (_PARTS[:2], _PARTS[2:], _PARTS)
         ),

@@ -6,9 +6,9 @@ power describes. A hanging arm has a period of 2π rad; a bump is what a cable o
 a seal does at one place. The weight of a joint that another joint carries in the same plane follows
 the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The joint that carries the
 other one has both weights. With a third joint in that plane, x₂ may be the sum of the other two
-angles; each may count the other way round. The load is half the sum of the residual's maps over position forward
-and backward. On a purely sinusoidal motion the stiffness looks like inertia, because a is
-proportional to x there.
+angles. A joint that counts the other way round has a minus. The load is half the sum of the
+residual's maps over position forward and backward. On a purely sinusoidal motion the stiffness
+looks like inertia, because a is proportional to x there.
 Source: statics.
 """
 
