@@ -5,6 +5,7 @@ places.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -93,3 +94,23 @@ def test_the_inner_joint_bears_both_weights_and_the_outer_one_that_of_its_link()
     assert amplitude(loads["j1"], "sum_") == pytest.approx(outer, rel=0.01)
     assert amplitude(loads["j2"], "") == 0.0
     assert amplitude(loads["j2"], "sum_") == pytest.approx(outer, rel=0.01)
+
+
+def test_a_joint_that_counts_the_other_way_round_has_the_same_weight_and_inertia() -> None:
+    """Which way an encoder counts, and which effort is positive, are conventions."""
+    recording = recorded(GRAVITY)
+    j2 = recording.axes["j2"]
+    turned = replace(j2, position=-j2.position, effort=-j2.effort)
+    turned_recording = replace(recording, axes={**recording.axes, "j2": turned})
+    (axis,) = diagnose([turned_recording], stability=False, only=["j2"]).axes.values()
+    assert axis.verdict is Verdict.EXPLAINED
+    terms = {cause.term.effect: cause.term for cause in axis.causes}
+    assert set(terms) == {"cross_axis_coupling", "position_dependent_load"}
+    assert {term.source_axis for term in terms.values()} == {"-j1"}
+    weight = MASSES_KG[1] * LENGTHS_M[1] * GRAVITY
+    assert amplitude(terms["position_dependent_load"].values, "sum_") == pytest.approx(
+        weight, rel=0.01
+    )
+    assert amplitude(terms["cross_axis_coupling"].values, "outer_") == pytest.approx(
+        SHARED, rel=0.03
+    )
