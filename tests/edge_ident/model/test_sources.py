@@ -1,4 +1,4 @@
-"""What a term may name as the source of its effect: an axis, or joints by the sum of their angles."""
+"""What a term names as the source of its effect: an axis, or joints by the sum of their angles."""
 
 import numpy as np
 import pytest
