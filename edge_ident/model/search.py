@@ -51,6 +51,8 @@ class Form:
         Which of two links it belongs to. Recordings list joints from the base outwards.
     rotary : bool
         Whether positions are taken for angles.
+    turning : bool
+        Whether those of the other axis are.
     senses : bool
         Whether it matters in which sense the other joint counts its angle: it turns in one plane
         with this one.
@@ -75,6 +77,7 @@ class Form:
     coupled: bool = False
     link: Link | None = None
     rotary: bool = False
+    turning: bool = False
     senses: bool = False
     across: bool = False
     sums: bool = False

@@ -145,8 +145,16 @@ class Recording:
     @property
     def positions(self) -> dict[str, Array]:
         """Position (N,) of every axis, those that a drive moves first."""
-        driven = {name: axis.position for name, axis in self.axes.items()}
-        return driven | {name: axis.position for name, axis in self.passive.items()}
+        return {name: axis.position for name, axis in self._every.items()}
+
+    @property
+    def turning(self) -> frozenset[str]:
+        """Axes whose positions are angles."""
+        return frozenset(n for n, axis in self._every.items() if axis.position_unit == "rad")
+
+    @property
+    def _every(self) -> "Mapping[str, AxisRecord | PassiveAxis]":
+        return {**self.axes, **self.passive}
 
 
 def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:

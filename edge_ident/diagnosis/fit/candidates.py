@@ -6,7 +6,6 @@ serves loads, friction, memory, actuator, encoder and timing: each effect's file
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -15,8 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.search import Excitation, Form, Link
-from edge_ident.model.sources import sources
+from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -79,22 +77,8 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
         for form in effect.search.forms:
             separable = several_speeds or not form.several_speeds
             if separable and (rotary or not form.rotary):
-                found += [Candidate(name, form, source) for source in _sources(data, form)]
+                found += [Candidate(name, form, source) for source in data.sources(form)]
     return tuple(found)
-
-
-def _sources(data: AxisData, form: Form) -> tuple[str | None, ...]:
-    """Other axes that may take part in a form, alone or as a sum; none where it needs none."""
-    if not form.coupled:
-        return (None,)
-    axes = data.other_axes
-    if form.link is not None:
-        axes = tuple(a for a in axes if (a in data.carriers) == (form.link is Link.OUTER))
-    if not form.senses:
-        return axes
-    most = 2 if form.sums else 1
-    groups = (group for count in range(1, most + 1) for group in combinations(axes, count))
-    return tuple(source for group in groups for source in sources(group))
 
 
 def grid(candidate: Candidate, excitation: Excitation) -> dict[str, Array]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from itertools import combinations, groupby
 from typing import Any, Final
 
 import numpy as np
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import OUTLIER
 from edge_ident.model.model import AxisModel
-from edge_ident.model.search import Excitation, Span
+from edge_ident.model.search import Excitation, Form, Link, Span
+from edge_ident.model.sources import sources
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.metrics import rms
@@ -128,6 +129,21 @@ class AxisData:
     def carriers(self) -> frozenset[str]:
         """Axes that every recording lists earlier: joints are listed from the base outwards."""
         return frozenset.intersection(*(s.earlier for s in self.segments))
+
+    def sources(self, form: Form) -> tuple[str | None, ...]:
+        """Other axes that may take part in a form, alone or as a sum; None where it needs none."""
+        if not form.coupled:
+            return (None,)
+        axes = self.other_axes
+        if form.link is not None:
+            axes = tuple(a for a in axes if (a in self.carriers) == (form.link is Link.OUTER))
+        if form.turning:
+            axes = tuple(a for a in axes if all(a in s.turning for s in self.segments))
+        if not form.senses:
+            return axes
+        most = 2 if form.sums else 1
+        groups = (group for count in range(1, most + 1) for group in combinations(axes, count))
+        return tuple(source for group in groups for source in sources(group))
 
     @property
     def since_reversal(self) -> Array:

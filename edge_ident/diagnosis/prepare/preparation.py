@@ -138,6 +138,7 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
         earlier=frozenset(takewhile(lambda axis: axis != name, recording.axes)),
+        turning=recording.turning,
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         motion_hz=motion_hz,
         raw_effort=raw.effort,

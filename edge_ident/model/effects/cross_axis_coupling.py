@@ -8,6 +8,9 @@ Two joints that turn in one plane share an inertia h(q) = cosine·cos q + sine·
 of the outer one, which is measured from the inner one. The outer joint feels h·a₂ - h'·v₂² with
 q = x, the inner one h·(2·a + a₂) + h'·(2·v·v₂ + v₂²) with q = x₂. The joint that a recording lists
 first is taken for the inner one.
+
+A link that turns freely on an axis, such as a pendulum on a carriage, shares h with it by its own
+angle x₂ alone: the axis feels h·a₂ + h'·v₂² (`carried_cosine`, `carried_sine`).
 Source: off-diagonal elements of a multi-body inertia matrix; skewed guides. Two links: Siciliano et
 al., Robotics, sec. 7.3.2.
 """
@@ -26,7 +29,8 @@ from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
 _BY_ANGLE: Final = (
-    "inertia_cosine", "centrifugal_sine", "outer_cosine", "outer_sine", "inner_cosine", "inner_sine"
+    "inertia_cosine", "centrifugal_sine", "outer_cosine", "outer_sine", "inner_cosine",
+    "inner_sine", "carried_cosine", "carried_sine",
 )  # fmt: skip
 
 
@@ -60,6 +64,17 @@ class CrossAxisCoupling(Effect):
             for joint, angle in (("outer", "own"), ("inner", "other"))
             for part in ("cosine", "sine")
         ),
+        *(
+            Parameter(
+                f"carried_{part}",
+                "{inertia}",
+                -1e9,
+                1e9,
+                f"of a link that this axis carries, by the {part} of the link's angle",
+                default=0.0,
+            )
+            for part in ("cosine", "sine")
+        ),
     )
     needs_source = True
 
@@ -72,7 +87,9 @@ class CrossAxisCoupling(Effect):
         inner = _slope(source.position, values, "inner") * (
             (2.0 * at.velocity + source.velocity) * source.velocity
         )
-        return viscous + values["coulomb_friction"] * source.direction + centrifugal - outer + inner
+        carried = _slope(source.position, values, "carried") * source.velocity**2
+        friction = viscous + values["coulomb_friction"] * source.direction
+        return np.asarray(friction + centrifugal - outer + inner + carried)
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """What the outer link adds to that of the inner one."""
@@ -82,7 +99,8 @@ class CrossAxisCoupling(Effect):
         """An element of the inertia matrix, which may depend on the angle between the axes."""
         alone = values["inertia"] + values["inertia_cosine"] * np.cos(at.position)
         outer = _shared(at.position, values, "outer")
-        return np.asarray(alone + outer + _shared(at.partner.position, values, "inner"))
+        by_other = (_shared(at.partner.position, values, name) for name in ("inner", "carried"))
+        return np.asarray(alone + outer + sum(by_other))
 
 
 def _shared(angle: Array, values: Values, joint: str) -> Array:
@@ -127,6 +145,7 @@ EFFECT: Final = CrossAxisCoupling(
             Form(("coulomb_friction",), coupled=True),
             Form(("inertia", "viscous_friction", "coulomb_friction"), coupled=True),
             Form(("inertia", "inertia_cosine", "centrifugal_sine"), coupled=True, rotary=True),
+            Form(("carried_cosine", "carried_sine"), coupled=True, turning=True),
             Form(
                 ("inertia", "outer_cosine", "outer_sine"),
                 coupled=True,
