@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
     from edge_ident.signals.read_options import ReadOptions
-    from edge_ident.signals.recording import AxisRecord, Recording
+    from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording
     from edge_ident.signals.recording_files import (
         Inspection,
         inspect_recording,
@@ -84,6 +84,7 @@ __all__ = [
     "ModelError",
     "MotionPlan",
     "Network",
+    "PassiveAxis",
     "ReadOptions",
     "Recording",
     "Stopwatch",
@@ -143,6 +144,7 @@ __getattr__ = lazy_names(
         "ModelError": "edge_ident.errors",
         "MotionPlan": "edge_ident.experiment.result",
         "Network": "edge_ident.estimation.network",
+        "PassiveAxis": "edge_ident.signals.recording",
         "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
         "Stopwatch": "edge_ident.support.stopwatch",

@@ -11,8 +11,10 @@ from edge_ident.control.compensation import loop_delay_s, plant_of
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.drive.description import Drive, load_drive
+from edge_ident.errors import GainError
 from edge_ident.model.model import AxisModel, Model
 from edge_ident.support.readable import Readable
+from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -110,7 +112,8 @@ def design_gains(
     DataError
         The drive description lacks an axis.
     GainError
-        The parameters are not physical or not known well enough, or the margins are not kept.
+        An axis that no drive moves acts on one; the parameters are not physical or not known well
+        enough, or the margins are not kept.
 
     Examples
     --------
@@ -120,6 +123,12 @@ def design_gains(
     >>> designs.axes["x"].phase_margin_deg > 50.0
     True
     """
+    if model.passive:
+        raise GainError(
+            f"the axes carry {listed(model.passive)}, which no drive moves: how that swings in the "
+            "loop is not known",
+            "hold it fast, record that, and design gains from the new recording",
+        )
     described = drive or load_drive()
     designs, loops = {}, {}
     for name, axis in model.axes.items():

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
+from edge_ident.model.sources import axes_of
 from edge_ident.model.supported_range import SupportedRange
 
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
@@ -171,6 +172,13 @@ class Model:
     axes: Mapping[str, AxisModel]
     recordings: tuple[SourceFile, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def passive(self) -> list[str]:
+        """Axes that no drive moves, and that act on those of the model."""
+        terms = (term for axis in self.axes.values() for term in axis.terms)
+        acting = {name for term in terms for name in axes_of(term.source_axis, self.axes)}
+        return sorted(acting.difference(self.axes))
 
     def for_axes(self, names: Iterable[str]) -> "Model":
         """This model for the axes of a machine; where both have one, it goes by the machine's name.

@@ -49,6 +49,7 @@ def model_document(model: Model) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "axes": {name: _axis_document(axis) for name, axis in model.axes.items()},
+        **({"passive": model.passive} if model.passive else {}),
         "provenance": {
             "recordings": [
                 {"file": recording.file, "sha256": recording.sha256}

@@ -1,7 +1,7 @@
 """Model documents, read and checked: what is wrong is named with axis, term and parameter."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import Any, Final
 
@@ -64,8 +64,11 @@ class _Reader:
             raise self._error("", f"its schema is {schema!r}", f"give a file of schema {SCHEMA}")
         axes = self._mapping(document, "axes", "")
         read = {name: self._axis(f"axis {name}", axes, name) for name in axes}
+        passive = document.get("passive", [])
+        if not (isinstance(passive, list) and all(isinstance(name, str) for name in passive)):
+            raise self._error("", f"passive is {passive!r}", "give a list of names of axes")
         for name, axis in read.items():
-            self._check_sources(name, axis, read)
+            self._check_sources(name, axis, [*read, *passive])
         provenance = document.get("provenance", {})
         try:
             recordings = tuple(SourceFile(r["file"], r["sha256"]) for r in provenance["recordings"])
@@ -180,7 +183,7 @@ class _Reader:
             )  # fmt: skip
         return number
 
-    def _check_sources(self, name: str, axis: AxisModel, axes: Mapping[str, AxisModel]) -> None:
+    def _check_sources(self, name: str, axis: AxisModel, axes: Iterable[str]) -> None:
         others = [other for other in axes if other != name]
         for term in axis.terms:
             effect = named(term.effect)

@@ -110,14 +110,23 @@ def recording_of(
             "name them <axis>_position_rad and <axis>_torque_nm, "
             "or give --column NAME=CONTRACT_NAME",
         )
-    alone = passive_axes(columns)
+    alone = _passive_axes(columns)
     axes = {n: _axis(source, n, parts) for n, parts in found.items() if n not in alone}
     passive = {n: PassiveAxis(*found[n]["position"][::-1]) for n in alone}
     return Recording(columns[TIME], axes, source, effort_shift_s, passive=passive)
 
 
-def axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
-    """Columns of an axis, by their names."""
+def columns_of(recording: Recording) -> dict[str, Array]:
+    """All columns of a recording, by their names."""
+    columns = {TIME: recording.time_s}
+    for name, axis in recording.axes.items():
+        columns |= _axis_columns(name, axis)
+    for name, passive in recording.passive.items():
+        columns[f"{name}_position_{passive.position_unit}"] = passive.position
+    return columns
+
+
+def _axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
     unit = next(end for end, text in UNITS.items() if text == axis.effort_unit)
     effort = next(quantity for quantity in EFFORTS if QUANTITIES[quantity] == (unit,))
     length = axis.position_unit
@@ -130,12 +139,15 @@ def axis_columns(name: str, axis: AxisRecord) -> dict[str, Array]:
     return required | {key: value for key, value in optional.items() if value is not None}
 
 
-def passive_columns(name: str, axis: PassiveAxis) -> dict[str, Array]:
-    """The column of an axis that no drive moves."""
-    return {f"{name}_position_{axis.position_unit}": axis.position}
+def undriven(columns: Iterable[str]) -> list[str]:
+    """What becomes of axes without an effort, in words."""
+    return [
+        f"{axis} has no effort: it is not identified, and its motion may act on the others"
+        for axis in _passive_axes(columns)
+    ]
 
 
-def passive_axes(columns: Iterable[str]) -> list[str]:
+def _passive_axes(columns: Iterable[str]) -> list[str]:
     """Axes that have nothing but a position, where another one has an effort."""
     quantities: dict[str, list[str]] = {}
     for axis, quantity, _ in filter(None, map(parse_name, columns)):

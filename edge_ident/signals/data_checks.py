@@ -181,7 +181,8 @@ def _check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
     value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"
     raise DataError(
         f"{source}, axis {name}: the effort is {value} in every sample, although the axis moves",
-        "check that the column holds the drive's effort and that the drive was enabled",
+        "check that the column holds the drive's effort and that the drive was enabled; of an axis "
+        "that no drive moves, leave the column of the effort out",
     )
 
 

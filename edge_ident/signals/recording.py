@@ -96,6 +96,13 @@ class PassiveAxis:
     ----------
     position : (N,) array
     position_unit : "rad" or "m"
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> import numpy as np
+    >>> edge_ident.PassiveAxis(np.zeros(5000), "rad").position_unit
+    'rad'
     """
 
     position: Array

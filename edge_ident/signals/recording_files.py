@@ -18,14 +18,7 @@ from edge_ident.files.reading import read_table
 from edge_ident.files.table import Table
 from edge_ident.signals.array_checks import check_form
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
-from edge_ident.signals.contract_columns import (
-    TIME,
-    axis_columns,
-    only_axes,
-    passive_axes,
-    passive_columns,
-    recording_of,
-)
+from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
 from edge_ident.signals.data_checks import check_motions, check_table
 from edge_ident.signals.moved_axes import without_resting
 from edge_ident.signals.read_options import ReadOptions
@@ -113,11 +106,7 @@ class Inspection:
                 said.append(f"{kept} → {use.target}{factor} ({use.reason})")
         if self.period_s is not None:
             said.append(f"sampling period {self.period_s:g} s ({self.period_reason})")
-        targets = [use.target for use in self.columns if use.target is not None]
-        said += [
-            f"{axis} has no effort: it is not identified, and its motion may act on the others"
-            for axis in passive_axes(targets)
-        ]
+        said += [] if self._axes else undriven(use.target or "" for use in self.columns)
         unused = [use.heading for use in self.columns if use.target is None]
         if said and (unused or self.left_out):
             said.append(f"not used: {', '.join((*unused, *self.left_out))}")
@@ -262,11 +251,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     """
     check_form(recording)
     path = Path(path)
-    columns = {TIME: recording.time_s}
-    for name, axis in recording.axes.items():
-        columns |= axis_columns(name, axis)
-    for name, passive in recording.passive.items():
-        columns |= passive_columns(name, passive)
+    columns = columns_of(recording)
     with atomic_write(path, lasting=False) as partial:  # a watchdog does not wait for a disk
         if path.suffix == ".npz":
             shift = {_SHIFT: np.array(recording.effort_shift_s)}

@@ -41,6 +41,8 @@ class AxisData:
     late_s : float
         By about how much one is late, where that is more than a controller's timing can be: then
         all stay as they are. Zero otherwise.
+    turning : frozenset of str
+        Axes whose positions are angles in every recording.
     own : tuple of str
         Base parameters of which each recording has a value of its own.
     cache : dict
@@ -54,6 +56,7 @@ class AxisData:
     valid: NDArray[np.bool_]
     block: NDArray[np.intp]
     late_s: float
+    turning: frozenset[str] = frozenset()
     own: tuple[str, ...] = ("offset",)
     cache: dict[object, Array] = field(default_factory=dict, compare=False)
     results: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
@@ -138,7 +141,7 @@ class AxisData:
         if form.link is not None:
             axes = tuple(a for a in axes if (a in self.carriers) == (form.link is Link.OUTER))
         if form.turning:
-            axes = tuple(a for a in axes if all(a in s.turning for s in self.segments))
+            axes = tuple(a for a in axes if a in self.turning)
         if not form.senses:
             return axes
         most = 2 if form.sums else 1

@@ -99,6 +99,7 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
         valid=np.concatenate([s.valid for s in segments]),
         block=_blocks(segments),
         late_s=found.late_s,
+        turning=frozenset.intersection(*(r.turning for r in recordings)),
     )
 
 
@@ -138,7 +139,6 @@ def _segment(recording: Recording, name: str, clock: int) -> Segment:
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
         earlier=frozenset(takewhile(lambda axis: axis != name, recording.axes)),
-        turning=recording.turning,
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         motion_hz=motion_hz,
         raw_effort=raw.effort,

@@ -38,8 +38,6 @@ class Segment:
     others : mapping of axis name to Motion
     earlier : frozenset of str
         Axes that the recording lists before this one.
-    turning : frozenset of str
-        Axes whose positions are angles.
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
     motion_hz : float
@@ -83,7 +81,6 @@ class Segment:
     motion: Motion
     others: Mapping[str, Motion]
     earlier: frozenset[str]
-    turning: frozenset[str]
     noise_replica: tuple[Motion, Mapping[str, Motion]]
     motion_hz: float
     raw_effort: Array

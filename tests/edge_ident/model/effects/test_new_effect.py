@@ -21,6 +21,7 @@ from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.model.motion import Motion
+from edge_ident.model.search import Form
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.references import recorded_references
@@ -170,8 +171,10 @@ def test_gains_cure_it_by_its_declaration_alone() -> None:
 @pytest.mark.usefixtures("brake")
 def test_the_diagnosis_searches_for_it_and_the_page_describes_it() -> None:
     class View:
-        reverses, late, several_speeds, other_axes = True, False, True, ("z",)
-        carriers = frozenset[str]()
+        reverses, late, several_speeds = True, False, True
+
+        def sources(self, form: Form) -> tuple[str | None, ...]:
+            return ("z",) if form.coupled else (None,)
 
     assert NAME in {found.effect for found in candidates(View(), rotary=True)}
     page = effect_pages.render()
