@@ -1,5 +1,6 @@
 """Measured recordings, and processes that a test starts: none outlives the tests."""
 
+import functools
 import os
 import signal
 import time
@@ -8,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import typer
 
 from tests.measured import MeasuredData
 from tests.repetitions import THOROUGH
@@ -173,6 +175,15 @@ def nothing_of_the_person_who_tests(tmp_path_factory: pytest.TempPathFactory) ->
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EDGE_IDENT_CONFIG_FILE", os.path.join(os.path.devnull, "none"))
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def command_line_is_built_once() -> Iterator[None]:
+    """`CliRunner` builds it for every call: that takes longer than most commands."""
+    with pytest.MonkeyPatch.context() as patch:
+        built = functools.cache(typer.main.get_command)
+        patch.setattr("typer.testing._get_command", built)
         yield
 
 

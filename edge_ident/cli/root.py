@@ -48,10 +48,13 @@ def begin(
 class RootGroup(CommandGroup):
     """All commands; a usage error is also a document where --json was given."""
 
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        take_plain_numbers(self)
+
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Parse what stands before the command."""
         self._as_json = "--json" in args
-        take_plain_numbers(self)
         with self._reported():
             return super().make_context(info_name, args, *more, **extra)
 
