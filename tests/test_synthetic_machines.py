@@ -151,10 +151,10 @@ def test_the_arms_answer_is_that_of_the_extended_model(joints: Synthetic) -> Non
     assert np.max(off) < 0.02 < np.max(base)
 
 
-def test_the_same_recording_gives_the_same_document_byte_for_byte(joints: Synthetic) -> None:
+def test_the_same_recording_gives_the_same_document_byte_for_byte(turning: Synthetic) -> None:
     first, second = (
         to_json(diagnosis_document(found, None))
-        for found in (diagnosed(joints.path), diagnose([load_recording(joints.path)]))
+        for found in (diagnosed(turning.path), diagnose([load_recording(turning.path)]))
     )
     assert first == second
 
