@@ -4,11 +4,13 @@ Nothing is made by hand here: the machines have hidden faults, and are diagnosed
 """
 
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 from old_gains import assert_old_gains
+from rich.console import Console
 
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.study import separation
@@ -18,6 +20,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError
+from edge_ident.report.run_tables import outcome_view
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
@@ -99,17 +102,35 @@ def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path
     listener = Listening()
     outcome = run(spring(), tmp_path, listener)
     first, second = outcome.separation.motions
-    assert first.found.axes["x"].adequacy.adequate
-    assert first.found.axes["x"].estimate.parameters[0] < 0.0
+    before, after = (made.found.axes["x"] for made in (first, second))
+    assert before.adequacy.adequate
+    assert before.diagnosis is None, "nothing is left to explain"
+    assert not before.trusted
+    assert before.estimate.parameters[0] < 0.0
     assert second.plan is None
     assert second.sought == {"x": ("inertia cannot be told from a spring",)}
     assert "on capture.npz: axis x, inertia cannot be told from a spring" in listener.said
-    after = outcome.identification.axes["x"]
+    assert outcome.identification is second.found
     assert after.diagnosis is not None
-    assert [c.term.effect for c in after.diagnosis.causes] == ["position_dependent_load"]
+    (cause,) = after.diagnosis.causes
+    assert cause.term.effect == "position_dependent_load"
+    assert all(other.separable for other in cause.alternatives)
+    assert separation.diagnoses(outcome.identification).keys() == {"x"}
     assert outcome.trusted
     assert after.estimate.parameters[0] == pytest.approx(0.43, rel=0.02)
     assert outcome.separation.ended == "one explanation is left"
+    assert_time_is_told(outcome)
+
+
+def assert_time_is_told(outcome: Outcome) -> None:
+    own_ms, spent_ms = outcome.identification.timing_ms["total"], outcome.timing_ms
+    assert 0.0 < spent_ms["diagnosis"] < spent_ms["total"]
+    assert spent_ms["diagnosis"] <= spent_ms["separation"] + spent_ms["last_sample_to_verified"]
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(outcome_view(outcome, details=True))
+    spent_s = 1e-3 * spent_ms["diagnosis"]
+    told = f"identified in {own_ms:.0f} ms, diagnosed in {spent_s:.1f} s"
+    assert told in console.export_text()
 
 
 @pytest.fixture(scope="module")

@@ -1,35 +1,31 @@
 """Motions that an open diagnosis asks for: how many are made, why they end, what is left of them.
 
 The diagnoses are made by hand, and so is the motion that is designed: what a diagnosis finds and
-how a motion is designed have tests of their own. The last test has neither.
+how a motion is designed have tests of their own. A run with neither is in test_livelier_motion.py.
 """
 
 from dataclasses import replace
-from io import StringIO
 from pathlib import Path
 
 import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
-from rich.console import Console
 
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.study import identification_motions, separation
+from edge_ident.commissioning.study import identification_motions
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.description import Drive
 from edge_ident.errors import BoardError
 from edge_ident.experiment import plan as planning
 from edge_ident.experiment import together
 from edge_ident.experiment.limits import Use
 from edge_ident.experiment.result import AxisUse, LeftOut, MotionPlan, PlannedPair, Why
 from edge_ident.identification.identify import identify
-from edge_ident.report.run_tables import outcome_view
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.link import Link
 from firmware_interface.motion import Trajectory
-from firmware_interface.plant import Hidden
 from firmware_interface.registers import Fault, State
 from firmware_interface.virtual.board import VirtualBoard
 from tests.edge_ident.diagnosis import hand_made
@@ -226,38 +222,7 @@ def test_a_fault_in_the_second_motion_leaves_the_gains_and_the_first_capture(
     assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
 
 
-def printed(outcome: Outcome) -> str:
-    console = Console(width=200, record=True, file=StringIO())
-    console.print(outcome_view(outcome, details=True))
-    return console.export_text()
-
-
 def test_a_sound_machine_makes_one_motion(tmp_path: Path) -> None:
     outcome = run(VirtualBoard(), tmp_path)
     assert [made.file for made in outcome.separation.motions] == ["capture.npz"]
     assert outcome.separation.ended == ""
-
-
-def test_a_spring_that_a_sinusoid_hides_is_found_by_a_second_motion(tmp_path: Path) -> None:
-    """A force in proportion to the position looks like inertia on one frequency."""
-    hidden = Hidden.of(["position_dependent_load"], "x")
-    board = Board.connect(VirtualBoard(plant=hidden.plant()))
-    outcome = commission(board, load_drive(), None, Plan(write=False), tmp_path, Listener())
-    first, second = outcome.separation.motions
-    before, after = (made.found.axes["x"] for made in (first, second))
-    assert not before.trusted
-    assert before.diagnosis is None, "nothing is left to explain"
-    assert after.trusted
-    assert after.diagnosis is not None
-    (cause,) = after.diagnosis.causes
-    assert cause.term.effect == "position_dependent_load"
-    assert all(a.separable for a in cause.alternatives)
-    own_ms = outcome.identification.timing_ms["total"]
-    assert 0.0 < outcome.timing_ms["diagnosis"] < outcome.timing_ms["total"]
-    assert outcome.timing_ms["diagnosis"] <= sum(
-        outcome.timing_ms[stage] for stage in ("separation", "last_sample_to_verified")
-    )
-    spent_s = 1e-3 * outcome.timing_ms["diagnosis"]
-    assert f"identified in {own_ms:.0f} ms, diagnosed in {spent_s:.1f} s" in printed(outcome)
-    assert outcome.separation.ended == "one explanation is left"
-    assert separation.diagnoses(outcome.identification).keys() == {"x"}
