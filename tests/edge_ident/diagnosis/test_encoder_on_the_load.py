@@ -40,6 +40,7 @@ def wanted(seed: int) -> tuple[Array, Array, Array]:
     return *(x.sum(axis=1) for x in derivatives), -(sizes * rates**2 * np.sin(angles)).sum(axis=1)
 
 
+@cache
 def recorded(resonance_hz: float, seed: int) -> Recording:
     """The free resonance of the two masses is that; their spring is damped by 3 %."""
     position, velocity, acceleration = wanted(seed)

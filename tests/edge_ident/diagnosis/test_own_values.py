@@ -56,22 +56,20 @@ def test_a_sound_axis_stays_sound_though_its_offset_changed() -> None:
     (message,) = said(axis)
     assert "-0.15 N*m in 1.csv, relative to 2.csv" in message
     assert "0.csv" not in message, "their difference is noise"
-
-
-def test_the_offset_is_the_mean_over_all_samples() -> None:
-    axis = diagnosed(day(0, seconds=15.0), day(1, seconds=10.0))
     estimate = axis.model.parameters
     assert estimate[:3] == pytest.approx([0.5, 0.8, 1.1], rel=0.01)
-    assert OFFSETS[1] < estimate[3] < OFFSETS[0]
-    assert estimate[3] == pytest.approx(0.6 * OFFSETS[0] + 0.4 * OFFSETS[1], abs=0.01)
+    mean = np.average(OFFSETS, weights=[15.0, 10.0, 10.0])
+    assert estimate[3] == pytest.approx(mean, abs=0.01), "over all samples"
 
 
 def test_a_cause_of_both_days_is_found_and_nothing_else() -> None:
+    """What the base model lacks is another error in each motion, and no friction of its own."""
     axis = diagnosed(day(0, seconds=15.0, bend=0.2), day(1, seconds=15.0, bend=0.2))
     assert axis.verdict is Verdict.EXPLAINED
     assert [cause.term.effect for cause in axis.causes] == ["nonlinear_viscous"]
     assert axis.causes[0].shown_in == ("0.csv", "1.csv")
     assert said(axis)
+    assert not said(axis, "friction_differs")
 
 
 def test_one_recording_has_one_offset() -> None:
@@ -96,12 +94,6 @@ def test_a_cause_is_found_beside_friction_of_two_days() -> None:
     assert said(axis, "friction_differs")
 
 
-def test_friction_of_one_machine_is_one() -> None:
-    """What the base model lacks is another error in each motion, and no friction of its own."""
-    slow, fast = day(0, seconds=15.0, bend=0.2), day(1, seconds=15.0, bend=0.2)
-    assert not said(diagnosed(slow, fast), "friction_differs")
-
-
 def test_a_payload_of_one_day_has_no_weight_but_its_mass() -> None:
     axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, inertia=0.7))
     (payload,) = axis.causes
@@ -112,9 +104,8 @@ def test_a_payload_of_one_day_has_no_weight_but_its_mass() -> None:
     assert not said(axis)
 
 
-@pytest.mark.parametrize("bend", [0.0, 0.2], ids=["alone", "beside friction that bends"])
-def test_one_factor_of_all_is_another_scale_and_no_payload(bend: float) -> None:
-    days = [day(0, seconds=15.0, bend=bend), day(2, seconds=15.0, bend=bend, scale=1.3)]
+def test_one_factor_of_all_is_another_scale_and_no_payload() -> None:
+    days = [day(0, seconds=15.0, bend=0.2), day(2, seconds=15.0, bend=0.2, scale=1.3)]
     axis = diagnosed(*days)
     assert axis.causes == ()
     (message,) = said(axis, "scale_differs")

@@ -234,7 +234,7 @@ def test_a_vibration_just_above_the_band_is_none_of_a_spring() -> None:
 SIZES = (((0.1, 0.15), 0.0), ((0.0, 0.15), 40.0), ((0.1, 0.15), 40.0), ((0.0, 0.15), 0.0))
 
 
-@pytest.mark.parametrize(("sizes", "begins_s"), a_few(SIZES, SIZES[:2]))
+@pytest.mark.parametrize(("sizes", "begins_s"), a_few(SIZES, SIZES[:1]))
 def test_of_several_recordings_each_has_vibrations_of_its_own(
     sizes: tuple[float, float], begins_s: float
 ) -> None:
@@ -257,10 +257,10 @@ def test_of_several_recordings_each_has_vibrations_of_its_own(
         assert f"{frequency_hz:.4g} Hz in {source}" in verdict_sentence(axis)
 
 
-ONCE = ((1, 0.0), (0, 40.0), (0, 0.0), (1, 40.0))
+ONCE = ((1, 40.0), (0, 40.0), (0, 0.0), (1, 0.0))
 
 
-@pytest.mark.parametrize(("number", "begins_s"), a_few(ONCE, ONCE[:2]))
+@pytest.mark.parametrize(("number", "begins_s"), a_few(ONCE, ONCE[:1]))
 def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float) -> None:
     recordings = []
     for k in range(2):
@@ -276,8 +276,7 @@ def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float
     assert cause.shown_in == (f"{number}.csv",)
 
 
-@pytest.mark.parametrize("period", [0.5, 0.217, 0.11])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("period", "seed"), [(0.5, 1), (0.217, 2), (0.11, 3)])
 def test_a_period_is_found_as_closely_as_its_interval_says(period: float, seed: int) -> None:
     """No step of the search is left in it: noise of 0.3 % tells it to 10 parts in a million."""
     t, x, v, a = swing(seed=seed)
