@@ -18,9 +18,18 @@ from tests.edge_ident.shared_board import SharedBoard
 from tests.short_runs import brief_drive
 
 
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One that moves for a few seconds."""
+    file = tmp_path_factory.mktemp("drive") / "brief.toml"
+    file.write_text(drive_text(brief_drive(), {}), "utf-8")
+    return file
+
+
 @pytest.fixture
-def shared(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SharedBoard:
+def shared(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, drive: Path) -> SharedBoard:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EDGE_IDENT_DRIVE", str(drive))
     return SharedBoard(monkeypatch)
 
 
@@ -72,13 +81,11 @@ def test_files_that_a_session_does_not_write_are_left_beside_its_own(shared: Sha
 
 
 @pytest.fixture(scope="module")
-def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("run")
-    (folder / "brief.toml").write_text(drive_text(brief_drive(), {}), "utf-8")
+def run_folder(tmp_path_factory: pytest.TempPathFactory, drive: Path) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "run"
     with pytest.MonkeyPatch.context() as patch:
-        drive = ("--drive", folder / "brief.toml")
-        SharedBoard(patch).json("run", *drive, "--output", folder / "run")
-    return folder / "run"
+        SharedBoard(patch).json("run", "--drive", drive, "--output", folder)
+    return folder
 
 
 def test_every_file_of_a_run_keeps_another_run_out(shared: SharedBoard, run_folder: Path) -> None:
@@ -116,11 +123,11 @@ def test_a_session_that_had_no_room_leaves_the_folder_free(
 ) -> None:
     usage = shutil.disk_usage(".")
     with monkeypatch.context() as full:
-        full.setattr(shutil, "disk_usage", lambda path: usage._replace(free=461_000))
+        full.setattr(shutil, "disk_usage", lambda path: usage._replace(free=100_000))
         for command in ("run", "capture"):
             code, _, errors = shared.run(command, "--output", "a")
             assert (code, list(Path("a").iterdir())) == (5, [])
-            assert "a has 461 kB free, but the recording needs 490 kB" in errors
+            assert "a has 100 kB free, but the recording needs 123 kB" in errors
     assert shared.run("capture", "--output", "a")[0] == 0
 
 
