@@ -13,12 +13,18 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import named
 from edge_ident.model.search import ChangesWith, Form
-from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    COARSE_S,
+    TEMPLATE,
+    recorded,
+    rigid,
+    swing,
+)
 from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
-TIME_S, POSITION, VELOCITY, ACCELERATION = swing()
+TIME_S, POSITION, VELOCITY, ACCELERATION = swing(period_s=COARSE_S)
 PERIOD = 2.3
 RATE = 2.0 * np.pi / PERIOD
 COSINE, SINE = np.cos(RATE * POSITION), np.sin(RATE * POSITION)

@@ -9,7 +9,12 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from tests.edge_ident.diagnosis.select.test_search_parts import PERIOD_S, recorded, rigid, swing
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    COARSE_S,
+    recorded,
+    rigid,
+    swing,
+)
 from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
@@ -19,14 +24,14 @@ PLACES = [(0.4, 1), (-0.6, 1), (0.4, 2), (-0.6, 2)]
 
 
 def diagnosed(added: Array, seed: int) -> AxisDiagnosis:
-    t, x, v, a = swing(seconds=25.0)
+    t, x, v, a = swing(seconds=25.0, period_s=COARSE_S)
     record = recorded(t, x, rigid(v, a) + added, noise=0.02, seed=seed)
     return diagnose([record], stability=False).axes["x"]
 
 
 def at_place(place: float, half_width: float) -> Array:
     """A raised cosine over the position."""
-    _, x, _, _ = swing(seconds=25.0)
+    _, x, _, _ = swing(seconds=25.0, period_s=COARSE_S)
     away = np.clip((x - place) / half_width, -1.0, 1.0)
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * away)))
 
@@ -43,7 +48,7 @@ def test_a_load_at_one_place_is_no_ripple(place: float, seed: int) -> None:
 
 @pytest.mark.parametrize(("place", "seed"), a_few(PLACES, PLACES[:1]))
 def test_a_tight_place_is_friction_along_the_stroke(place: float, seed: int) -> None:
-    _, _, v, _ = swing(seconds=25.0)
+    _, _, v, _ = swing(seconds=25.0, period_s=COARSE_S)
     axis = diagnosed(0.4 * at_place(place, 0.5) * np.sign(v), seed)
     assert axis.verdict is Verdict.EXPLAINED
     cause = axis.causes[0]
@@ -55,7 +60,7 @@ def test_a_tight_place_is_friction_along_the_stroke(place: float, seed: int) -> 
 @pytest.mark.parametrize("seed", a_few((1, 2), (1,)))
 def test_friction_that_rises_to_the_ends_is_found(seed: int) -> None:
     """As a wave it would have a period of many travels, at the edge of its search."""
-    _, x, v, _ = swing(seconds=25.0)
+    _, x, v, _ = swing(seconds=25.0, period_s=COARSE_S)
     axis = diagnosed(0.05 * (x - 0.2) ** 2 * np.sign(v), seed)
     assert axis.verdict is Verdict.EXPLAINED
     (cause,) = axis.causes
@@ -65,7 +70,7 @@ def test_friction_that_rises_to_the_ends_is_found(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", a_few((1, 2), (1,)))
 def test_dry_friction_that_falls_is_a_warm_up(seed: int) -> None:
-    t, _, v, _ = swing(seconds=25.0)
+    t, _, v, _ = swing(seconds=25.0, period_s=COARSE_S)
     axis = diagnosed(0.5 * np.sign(v) / 2.0 ** (t / 5.0), seed)
     assert axis.verdict is Verdict.EXPLAINED
     (cause,) = axis.causes
@@ -77,7 +82,7 @@ def test_dry_friction_that_falls_is_a_warm_up(seed: int) -> None:
 @pytest.mark.parametrize("seed", a_few((1, 2), (1,)))
 def test_along_one_sinusoid_friction_over_the_speed_is_none_over_the_position(seed: int) -> None:
     """There the square of the speed is a parabola over the position."""
-    t = PERIOD_S * np.arange(10_000)
+    t = COARSE_S * np.arange(5_000)
     x, v, a = 2.0 * np.sin(t), 2.0 * np.cos(t), -2.0 * np.sin(t)
     record = recorded(t, x, rigid(v, a) + 0.1 * v * np.abs(v), noise=0.02, seed=seed)
     assert not prepare_axis([record], "x").several_speeds
@@ -87,7 +92,7 @@ def test_along_one_sinusoid_friction_over_the_speed_is_none_over_the_position(se
 
 def test_a_spring_that_hardens_is_no_inertia_along_one_sinusoid() -> None:
     """Its third power tells it from the inertia there, once the motion has begun."""
-    t = np.arange(0.0, 25.0, PERIOD_S)
+    t = np.arange(0.0, 25.0, COARSE_S)
     begun = np.minimum(t, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(t, 1.0))
     x = 1.5 * begun * np.sin(2.0 * np.pi * 0.8 * t)
     v = np.gradient(x, t)

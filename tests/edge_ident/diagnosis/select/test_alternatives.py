@@ -14,6 +14,7 @@ from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import fitted_base
 from tests.edge_ident.diagnosis.select.test_search_parts import (
+    COARSE_S,
     TEMPLATE,
     diagnosed,
     recorded,
@@ -53,7 +54,7 @@ def test_in_one_direction_a_ripple_and_friction_along_the_stroke_are_the_same() 
 
 
 def test_in_both_directions_the_two_are_separable() -> None:
-    found = alternatives(*swing(seconds=10.0))
+    found = alternatives(*swing(seconds=10.0, period_s=COARSE_S))
     others = [alternative for alternative in found.values() if alternative is not None]
     assert found["position_dependent_load"] is None, "the cause: a wave along the stroke is a load"
     fitted = [other for other in others if other.term is not None]
@@ -64,7 +65,7 @@ def test_in_both_directions_the_two_are_separable() -> None:
 
 def test_an_alternative_that_was_not_fitted_says_what_it_would_leave() -> None:
     """None is named that one axis alone cannot show."""
-    motion = swing(seconds=10.0)
+    motion = swing(seconds=10.0, period_s=COARSE_S)
     others = [other for other in alternatives(*motion).values() if other is not None]
     unfitted = [other for other in others if other.term is None]
     assert unfitted
@@ -77,7 +78,7 @@ def test_an_alternative_that_was_not_fitted_says_what_it_would_leave() -> None:
 def test_a_wave_that_hardly_repeats_is_a_load_or_a_ripple(waves: float) -> None:
     """The two have one formula, and different grids to search it on. With little noise, even a
     small difference of their periods is a difference of their residuals."""
-    motion = swing(seconds=10.0)
+    motion = swing(seconds=10.0, period_s=COARSE_S)
     found = alternatives(*motion, period=float(np.ptp(motion[1])) / waves, noise=0.002)
     pair = {"torque_ripple", "position_dependent_load"}
     (other,) = (found[effect] for effect in pair if found[effect] is not None)
@@ -96,7 +97,7 @@ def test_what_fits_worse_than_nothing_is_no_alternative_however_large_its_discre
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A fit that has run away has an effort so large that its discrepancy covers every residual."""
-    t, x, v, a = swing(seconds=10.0)
+    t, x, v, a = swing(seconds=10.0, period_s=COARSE_S)
     effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / 6.0)
     data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
     start = fitted_base(data, TEMPLATE)

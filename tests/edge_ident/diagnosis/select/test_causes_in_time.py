@@ -28,6 +28,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import (
+    COARSE_S,
     TEMPLATE,
     diagnosed,
     recorded,
@@ -107,7 +108,7 @@ def test_a_guide_with_presliding_creeps_to_its_stop() -> None:
 
 @pytest.mark.parametrize("times", [2, 4])
 def test_events_are_named_only_as_long_as_each_may_have_happened_once(times: int) -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     begins_s = np.array([3.1, 8.3, 5.7, 11.9])[:times, None]
     pushes = 2.0 * np.sin(np.pi * np.clip((t - begins_s) / 0.4, 0.0, 1.0)) ** 2
     axis = diagnosed(recorded(t, x, rigid(v, a) + pushes.sum(axis=0), noise=0.05))
@@ -139,7 +140,7 @@ def test_weak_events_that_are_suspected_already_recur_as_well(weak: int) -> None
 
 def test_a_push_of_another_shape_is_one_event() -> None:
     """It rises within 0.05 s, stays for 0.8 s and falls: no single pulse of the catalogue."""
-    t, x, v, a = swing(seconds=24.0)
+    t, x, v, a = swing(seconds=24.0, period_s=COARSE_S)
     push = 2.5 * np.clip(np.minimum(t - 11.0, 11.9 - t) / 0.05, 0.0, 1.0)
     axis = diagnosed(recorded(t, x, rigid(v, a) + push, noise=0.05))
     assert axis.verdict is Verdict.EXPLAINED
@@ -168,7 +169,7 @@ def test_of_pulses_that_overlap_the_size_is_that_of_their_sum(level: float, unkn
 
 def test_a_knock_that_is_shorter_than_the_grid_is_one_event() -> None:
     """The grid begins at a 250th of the recording, 0.096 s."""
-    t, x, v, a = swing(seconds=24.0)
+    t, x, v, a = swing(seconds=24.0, period_s=COARSE_S)
     knock = 9.0 * np.sin(np.pi * np.clip((t - 11.0) / 0.04, 0.0, 1.0)) ** 2
     axis = diagnosed(recorded(t, x, rigid(v, a) + knock, noise=0.05))
     assert axis.verdict is Verdict.EXPLAINED
@@ -216,7 +217,7 @@ def test_a_push_that_ends_before_the_axis_turns_farthest_out_is_an_event() -> No
 
 
 def test_drag_above_a_speed_that_is_reached_once_is_no_event() -> None:
-    t, x, v, a = swing(seconds=24.0)
+    t, x, v, a = swing(seconds=24.0, period_s=COARSE_S)
     drag = 4.0 * np.maximum(v - 0.8 * np.max(v), 0.0)
     axis = diagnosed(recorded(t, x, rigid(v, a) + drag, noise=0.02))
     assert axis.verdict is Verdict.UNEXPLAINED
@@ -225,7 +226,7 @@ def test_drag_above_a_speed_that_is_reached_once_is_no_event() -> None:
 
 
 def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
-    t, x, v, a = swing(seconds=24.0)
+    t, x, v, a = swing(seconds=24.0, period_s=COARSE_S)
     carried = (t > 7.0) & (t < 17.0)
     effort = rigid(v, a) + carried * (0.2 * a + 0.3 * np.sign(v))
     axis = diagnosed(recorded(t, x, effort, noise=0.05))

@@ -23,6 +23,8 @@ from tests.repetitions import a_few
 Array = NDArray[np.float64]
 
 PERIOD_S = 2e-3
+COARSE_S = 4e-3
+"""Where a whole search looks at a motion: it takes half as long."""
 TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
 
 
@@ -133,7 +135,7 @@ def test_a_motion_that_repeats_shows_what_repeats() -> None:
 
 def spring_on_one_sine(stiffness: float) -> tuple[Recording, float]:
     """Acceleration is proportional to position there: the spring is inertia, exactly."""
-    t = np.arange(0.0, 22.0, PERIOD_S)
+    t = np.arange(0.0, 22.0, COARSE_S)
     rate = 2.0 * np.pi / 11.0
     x, v, a = np.sin(rate * t), rate * np.cos(rate * t), -(rate**2) * np.sin(rate * t)
     return recorded(t, x, rigid(v, a) + stiffness * x, noise=0.02), 0.5 - stiffness / rate**2
@@ -159,7 +161,7 @@ def test_a_spring_that_looks_like_negative_inertia_is_named() -> None:
 
 
 def test_an_external_vibration_is_reported_and_is_no_cause() -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     effort = rigid(v, a) + 0.1 * np.sin(2.0 * np.pi * 2.13 * t + 0.4)
     axis = diagnosed(recorded(t, x, effort, noise=0.02))
     assert axis.verdict is Verdict.UNEXPLAINED
@@ -219,7 +221,7 @@ def test_beside_a_vibration_at_its_one_frequency_a_motion_says_nothing(
 
 def test_a_vibration_just_above_the_band_is_none_of_a_spring() -> None:
     """The filter passes a part of it."""
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     cutoff_hz = diagnosed(recorded(t, x, rigid(v, a), noise=0.02)).cutoff_hz
     wave = 0.4 * np.sin(2.0 * np.pi * 1.15 * cutoff_hz * t)
     axis = diagnosed(recorded(t, x, rigid(v, a) + wave, noise=0.02))
@@ -241,7 +243,7 @@ def test_of_several_recordings_each_has_vibrations_of_its_own(
     """Whether they share a clock or not: no phase goes on from one to the next."""
     recordings = []
     for number, (size, frequency_hz) in enumerate(zip(sizes, (2.13, 2.17), strict=True)):
-        t, x, v, a = swing(seed=number)
+        t, x, v, a = swing(seed=number, period_s=COARSE_S)
         wave = size * np.sin(2.0 * np.pi * frequency_hz * t + number)
         made = recorded(t, x, rigid(v, a) + wave, noise=0.02, seed=number)
         recordings.append(replace(made, source=f"{number}.csv", begin_s=number * begins_s))
@@ -264,7 +266,7 @@ ONCE = ((1, 40.0), (0, 40.0), (0, 0.0), (1, 0.0))
 def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float) -> None:
     recordings = []
     for k in range(2):
-        t, x, v, a = swing(seed=k)
+        t, x, v, a = swing(seed=k, period_s=COARSE_S)
         push = np.where((t > 7.0) & (t < 7.6), np.sin(np.pi * (t - 7.0) / 0.6) ** 2, 0.0)
         made = recorded(t, x, rigid(v, a) + 0.6 * (k == number) * push, noise=0.02, seed=k)
         recordings.append(replace(made, source=f"{k}.csv", begin_s=k * begins_s))
@@ -279,7 +281,7 @@ def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float
 @pytest.mark.parametrize(("period", "seed"), [(0.5, 1), (0.217, 2), (0.11, 3)])
 def test_a_period_is_found_as_closely_as_its_interval_says(period: float, seed: int) -> None:
     """No step of the search is left in it: noise of 0.3 % tells it to 10 parts in a million."""
-    t, x, v, a = swing(seed=seed)
+    t, x, v, a = swing(seed=seed, period_s=COARSE_S)
     ripple = 0.3 * np.cos(2.0 * np.pi / period * x + 0.3)
     axis = diagnosed(recorded(t, x, rigid(v, a) + ripple, noise=0.005, seed=seed))
     (cause,) = axis.causes
@@ -336,7 +338,7 @@ def test_rounding_aliases_at_the_rate_of_the_recording() -> None:
 
 
 def test_friction_that_changes_alone_is_no_payload() -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     step = 0.1 * np.sign(v) * (t > 11.0)
     axis = diagnosed(recorded(t, x, rigid(v, a) + step, noise=0.02))
     assert "payload_change" not in {cause.term.effect for cause in axis.causes}
@@ -346,7 +348,7 @@ def test_friction_that_changes_alone_is_no_payload() -> None:
 
 
 def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     effort = rigid(v, a) + 0.08 * np.sin(2.0 * np.pi * x / 0.31 + 0.4)
     axis = diagnose([recorded(t, x, effort, noise=0.05)]).axes["x"]
     assert axis.verdict is Verdict.EXPLAINED
@@ -363,7 +365,7 @@ def test_ripple_is_named_with_its_period_and_nothing_else() -> None:
 
 def test_several_recordings_are_fitted_together_and_another_validates() -> None:
     def session(seed: int) -> Recording:
-        t, x, v, a = swing(seed=seed)
+        t, x, v, a = swing(seed=seed, period_s=COARSE_S)
         return recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05, seed=seed)
 
     found = diagnose([session(4), session(5)], validate=session(6), stability=False)
@@ -372,7 +374,7 @@ def test_several_recordings_are_fitted_together_and_another_validates() -> None:
 
 
 def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
-    t, x, v, a = swing(seed=7)
+    t, x, v, a = swing(seed=7, period_s=COARSE_S)
     record = recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05)
     known = Model({"x": diagnosed(record).model})
     again = diagnose([record], model=known).axes["x"]
@@ -381,7 +383,7 @@ def test_a_model_that_knows_the_effect_leaves_nothing_to_find() -> None:
 
 
 def test_an_encoder_that_never_makes_half_a_turn_is_found_off_its_centre() -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     turn = float(np.ptp(x)) / 0.42
     reading = x + 0.006 * turn * np.sin(2.0 * np.pi * x / turn + 1.0)
     axis = diagnosed(recorded(t, reading, rigid(v, a), noise=0.02))

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from edge_ident.model.effects.position_dependent_load import EFFECT as LOAD
-from tests.edge_ident.diagnosis.select.test_search_parts import diagnosed, recorded, rigid, swing
+from tests.edge_ident.diagnosis.select.test_search_parts import (
+    COARSE_S,
+    diagnosed,
+    recorded,
+    rigid,
+    swing,
+)
 
 WEIGHT_NM = 6.0
 FROM_HANGING_RAD = 0.7
@@ -16,7 +22,7 @@ def test_the_period_of_a_weight_is_a_turn(share: float) -> None:
 
     From a fifth of a turn on (0.3), the data tell.
     """
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     x, v, a = (share * signal for signal in (x, v, a))
     weight = WEIGHT_NM * np.sin(x + FROM_HANGING_RAD)
     axis = diagnosed(recorded(t, x, rigid(v, a) + weight, noise=0.02))
@@ -30,7 +36,7 @@ def test_the_period_of_a_weight_is_a_turn(share: float) -> None:
 
 
 def test_a_wave_that_repeats_with_every_turn_of_many_is_a_ripple() -> None:
-    t, x, v, a = swing()
+    t, x, v, a = swing(period_s=COARSE_S)
     x, v, a = (20.0 * signal for signal in (x, v, a))
     axis = diagnosed(recorded(t, x, rigid(v, a) + 3.0 * np.sin(x), noise=0.1))
     assert [cause.term.effect for cause in axis.causes] == ["torque_ripple"]
