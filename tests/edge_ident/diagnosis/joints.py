@@ -7,7 +7,7 @@ from edge_ident.signals.recording import AxisRecord
 
 Array = NDArray[np.float64]
 
-PERIOD_S = 2e-3
+PERIOD_S = 4e-3
 COUNT_RAD = 1e-5
 NOISE_NM = 0.02
 

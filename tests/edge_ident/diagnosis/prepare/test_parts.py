@@ -11,7 +11,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.repetitions import a_few
 
-PERIOD_S = 0.002
+PERIOD_S = 0.004
 COUNT_RAD = 2 * np.pi / 131072
 TRUTH = {"inertia": 0.02, "viscous": 0.05, "coulomb": 0.3, "offset": 0.04}
 RATES_HZ = (0.15, 0.35, 0.7, 1.1, 1.7, 2.3, 3.1)
