@@ -23,7 +23,7 @@ from edge_ident.simulation.scenario import Scenario, record
 
 Array = NDArray[np.float64]
 
-PERIOD_S, STEPS = 0.002, 30
+PERIOD_S, STEPS = 0.004, 60
 INERTIA, VISCOUS, COULOMB, OFFSET = 0.02, 0.05, 0.3, 0.05
 COUNT_RAD = 2.0 * np.pi / 125_000
 ON_MOTOR = 0.4
@@ -32,7 +32,7 @@ ON_MOTOR = 0.4
 
 def wanted(seed: int) -> tuple[Array, Array, Array]:
     """Position, velocity and acceleration of six sines, 15 s."""
-    t = PERIOD_S * np.arange(7_500)[:, None]
+    t = PERIOD_S * np.arange(3_750)[:, None]
     rates = 2.0 * np.pi * np.array([0.2, 0.5, 0.9, 1.4, 2.1, 3.0])
     angles = rates * t + np.random.default_rng(seed).uniform(0.0, 6.0, 6)
     sizes = 4.7 * rates**-1.5
