@@ -123,18 +123,14 @@ def test_interrupt_at_any_motion(board: Board, tmp_path: Path, stage: str) -> No
     assert_old_gains_at_rest(board)
 
 
-def test_a_dry_run_designs_and_writes_nothing(board: Board, tmp_path: Path) -> None:
-    outcome = run(board, tmp_path, write=False)
-    assert outcome.designs
-    assert outcome.trusted
-    assert not outcome.confirmed
-    assert_old_gains_at_rest(board)
-
-
 def test_a_dry_run_promises_what_a_run_does_and_neither_moves_again_nor_stages(
     board: Board, tmp_path: Path
 ) -> None:
     dry = run(board, tmp_path, write=False)
+    assert dry.designs
+    assert dry.trusted
+    assert not dry.confirmed
+    assert_old_gains_at_rest(board)
     assert dry.change is not None
     assert dry.change.promise is not None
     assert {path.name for path in tmp_path.iterdir()} == {"capture.npz", "gains_before.json"}

@@ -157,24 +157,21 @@ def test_a_whole_capture_is_saved_before_the_machine_has_come_to_rest(tmp_path: 
 # ---- a board that is tuned already
 
 
-def test_on_a_tuned_board_a_run_changes_nothing_and_ends_well(tmp_path: Path) -> None:
+def test_on_a_tuned_board_a_run_changes_nothing_and_stores_where_that_is_asked_for(
+    tmp_path: Path,
+) -> None:
     virtual = VirtualBoard()
     assert run(virtual, tmp_path).confirmed
     tuned = virtual.machine.banks.active
-    for number in range(2):
-        again = run(virtual, tmp_path / str(number))
+    for store in (False, True):
+        again = run(virtual, tmp_path / f"{store}", store=store)
         assert again.trusted
+        assert again.stored is store
         assert again.change is not None
         assert again.change.unchanged
         assert "nothing changed" in again.conclusion
         assert virtual.machine.banks.active == tuned
-
-
-def test_what_is_tuned_already_is_stored_where_that_is_asked_for(tmp_path: Path) -> None:
-    virtual = VirtualBoard()
-    run(virtual, tmp_path / "first")
-    assert run(virtual, tmp_path / "second", store=True).stored
-    assert virtual.machine.banks.stored == virtual.machine.banks.active
+    assert virtual.machine.banks.stored == tuned
 
 
 def recorded(errors_rad: Mapping[str, np.ndarray]) -> Recording:
