@@ -16,7 +16,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.effort_checks import check_effort, unbounded, unphysical
+from edge_ident.estimation.effort_checks import UNRELATED, check_effort, unbounded, unphysical
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
@@ -34,6 +34,8 @@ _ONE_SPEED: Final = 0.1
 """Standard deviation of the velocity over its mean, up to which an axis keeps one speed."""
 _BEYOND_NOISE: Final = 2.0
 """What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
+_MOST_LEFT: Final = 0.5
+"""Of the effort's squares, below which a model explains most of it."""
 _INDEPENDENT_EXCITATION: Final = (
     "record a motion that does not depend on the axis: a reference that moves, such as "
     "--motion multisine"
@@ -67,8 +69,9 @@ def findings(
     """
     found: list[Finding] = []
     columns = base_regressor(data)
+    related = _explains(data, extended)
     for effort, (recording, segment, part) in zip(efforts, _parts(recordings, data), strict=True):
-        found += effort
+        found += (f for f in effort if f.code != UNRELATED or not related)
         found += _controllers_law(
             recording, recording.axes[name], segment, data.effort[part], columns[part]
         )
@@ -76,6 +79,12 @@ def findings(
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
     return _each_once(found)
+
+
+def _explains(data: AxisData, model: FittedModel) -> bool:
+    """Whether a model explains most of an effort. Of one that is mostly weight, inertia and
+    friction alone explain nothing."""
+    return model.error < _MOST_LEFT * float(np.sum(np.square(data.effort[data.valid])))
 
 
 def _each_once(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -20,6 +20,7 @@ from edge_ident.signals.timing import REACH_S, STEPS_PER_PERIOD
 
 Array = NDArray[np.float64]
 
+UNRELATED: Final = "unrelated_effort"
 _RELATED: Final = 0.01
 """Share of the effort's variance that the base model explains at least of an effort that belongs to
 the motion: a tenth of its rms."""
@@ -253,7 +254,7 @@ def _unrelated(columns: Columns, effort: Array) -> list[Finding]:
         return []
     return [
         Finding(
-            "unrelated_effort",
+            UNRELATED,
             f"the motion explains {explained:.1%} of the effort: they do not belong together, or "
             "the effort is noise",
             "check that effort and position come from the same axis and the same time",

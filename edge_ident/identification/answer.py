@@ -24,7 +24,6 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
-from edge_ident.estimation.effort_checks import check_effort
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of
@@ -38,7 +37,7 @@ from edge_ident.estimation.trust import (
 from edge_ident.estimation.used_data import describe_data
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.compared_signals import ComparedSignals
-from edge_ident.identification.findings import describe_model, describe_scales, said_once
+from edge_ident.identification.findings import describe_model, describe_scales, of_effort, said_once
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
@@ -207,8 +206,9 @@ def _findings(
     known, recording, name = estimates.compensated, estimates.recording, estimates.name
     findings = describe_data(known.signals, recording.stamp_jitter)
     findings += departures(known.effects, seen, recording.axes[name])
-    findings += [*tied_to_time(known.tied_to_time), *check_effort(known.signals, estimates.part)]
+    findings += tied_to_time(known.tied_to_time)
     extended = chosen.source is ParameterSource.EXTENDED_MODEL
+    findings += of_effort(known.signals, estimates.part, extended=extended)
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
     findings += with_timing(doubts, estimates.timing)
     return findings + describe_scales(recording, name, chosen.estimate.parameters[0])

@@ -4,8 +4,11 @@ from typing import TYPE_CHECKING
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
+from edge_ident.estimation.effort_checks import UNRELATED, check_effort
+from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.adequacy import Adequacy
+from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.scale_checks import check_inertia, check_scale
 from edge_ident.support.words import listed, spoken
@@ -54,6 +57,11 @@ def describe_model(
     # what the base model alone hardly determines is no doubt about another model's parameters
     of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
     return [*(_verdict(outcome) if said else []), *of_answer]
+
+
+def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[Finding]:
+    """Findings against the effort; what the base model explains of it is no doubt about another."""
+    return [f for f in check_effort(signals, part) if not (extended and f.code == UNRELATED)]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:

@@ -93,3 +93,28 @@ def test_a_position_alone_is_no_recording(tmp_path: Path) -> None:
     np.savetxt(path, rows, delimiter=",", header="time_s,x_position_rad", comments="")
     with pytest.raises(DataError, match="axis x has no effort column"):
         load_recording(path)
+
+
+def hanging_arm(seed: int) -> Recording:
+    """A driven link that hangs, and a free one on it: weight is nearly all of the torque."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 20.0, 5e-3)
+    x, v, a = sines(t, 2.0 * np.pi * np.array([0.2, 0.5, 0.9]), np.array([1.2, 0.5, 0.2]), rng)
+    q, w, b = sines(t, 2.0 * np.pi * np.array([0.3, 1.1]), np.array([1.0, 0.7]), rng)
+    torque = (0.024 + 0.016 * np.cos(q)) * a + (0.004 + 0.008 * np.cos(q)) * b
+    torque -= 0.008 * np.sin(q) * (2.0 * v + w) * w
+    torque += 0.6 * np.sin(x) + 0.25 * np.sin(x + q) + 0.03 * v + 0.02 * np.sign(v)
+    torque += 0.02 * np.std(torque) * rng.standard_normal(len(t))
+    arm = AxisRecord(np.round(x / 1.5e-3) * 1.5e-3, torque, "rad", "N*m")
+    free = PassiveAxis(np.round(q / 1.5e-3) * 1.5e-3, "rad")
+    return Recording(t, {"arm": arm}, f"{seed}.csv", passive={"free": free})
+
+
+def test_an_effort_that_is_mostly_weight_belongs_to_its_motion() -> None:
+    """Inertia and friction alone explain less of it than of many a noise."""
+    axis = identify(hanging_arm(0)).axes["arm"]
+    assert axis.diagnosis is not None
+    effects = [cause.term.effect for cause in axis.diagnosis.causes]
+    assert effects == ["position_dependent_load", "cross_axis_coupling"]
+    assert "unrelated_effort" not in {finding.code for finding in axis.findings}
+    assert axis.model.parameters[0] == pytest.approx(0.024, rel=0.02)
