@@ -8,7 +8,7 @@ other way round has a minus: `-j2`, `j1 - j2`.
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import reduce
-from itertools import product
+from itertools import combinations, product
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,12 +25,14 @@ class Acting(NamedTuple):
     sense: int
 
 
-def sources(axes: Sequence[str]) -> Iterator[str]:
-    """What a term names where axes act by the sum of their angles, in all senses of each."""
-    for senses in product((1, -1), repeat=len(axes)):
-        signs = ["-" if sense < 0 else "+" for sense in senses]
-        first = f"-{axes[0]}" if senses[0] < 0 else axes[0]
-        yield " ".join([first, *(f"{s} {a}" for s, a in zip(signs[1:], axes[1:], strict=True))])
+def sources(axes: Sequence[str], most: int) -> Iterator[str]:
+    """What a term may name where so many axes act by the sum of their angles, in either sense of
+    each."""
+    for count in range(1, most + 1):
+        for group, senses in product(combinations(axes, count), product("+-", repeat=count)):
+            first = f"-{group[0]}" if senses[0] == "-" else group[0]
+            others = (f"{s} {a}" for s, a in zip(senses[1:], group[1:], strict=True))
+            yield " ".join([first, *others])
 
 
 def acting(source: str | None, known: Collection[str]) -> tuple[Acting, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from itertools import combinations, groupby
+from itertools import groupby
 from typing import Any, Final
 
 import numpy as np
@@ -142,11 +142,7 @@ class AxisData:
             axes = tuple(a for a in axes if (a in self.carriers) == (form.link is Link.OUTER))
         if form.turning:
             axes = tuple(a for a in axes if a in self.turning)
-        if not form.senses:
-            return axes
-        most = 2 if form.sums else 1
-        groups = (group for count in range(1, most + 1) for group in combinations(axes, count))
-        return tuple(source for group in groups for source in sources(group))
+        return tuple(sources(axes, 2 if form.sums else 1)) if form.senses else axes
 
     @property
     def since_reversal(self) -> Array:

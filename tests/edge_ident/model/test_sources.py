@@ -44,7 +44,8 @@ def test_a_source_is_read(source: str, found: dict[str, int]) -> None:
 
 
 def test_every_sense_of_two_joints_can_be_named() -> None:
-    assert list(sources(["j1", "j2"])) == ["j1 + j2", "j1 - j2", "-j1 + j2", "-j1 - j2"]
+    assert list(sources(["j1", "j2"], 1)) == ["j1", "-j1", "j2", "-j2"]
+    assert list(sources(["j1", "j2"], 2))[4:] == ["j1 + j2", "j1 - j2", "-j1 + j2", "-j1 - j2"]
 
 
 @pytest.mark.parametrize(("source", "senses"), [("j1 - j2", (1, -1)), ("-j2", (0, -1))])
