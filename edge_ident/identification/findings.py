@@ -56,7 +56,28 @@ def describe_model(
     said = extended or outcome.verdict is Verdict.UNEXPLAINED
     # what the base model alone hardly determines is no doubt about another model's parameters
     of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
-    return [*(_verdict(outcome) if said else []), *of_answer]
+    chosen = _of_several_axes(outcome) if extended else []
+    return [*(_verdict(outcome) if said else []), *chosen, *of_answer]
+
+
+def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
+    """Whether several axes act on this one by the same effect. Deviations are those of the model
+    that was chosen, and many sums and senses of joints were tried."""
+    terms = [cause.term for cause in (*diagnosed.causes, *diagnosed.minor)]
+    effects = [term.effect for term in terms if term.source_axis is not None]
+    several = [name for name in dict.fromkeys(effects) if effects.count(name) > 1]
+    if not several:
+        return []
+    return [
+        Finding(
+            "several_axes",
+            f"several axes act on this one by {listed(map(spoken, several))}: which of them do was "
+            "chosen among many, and the deviations do not know of that",
+            "let another motion confirm it: run edge-ident diagnose with --validate OTHER, and "
+            "identify with the model that it writes",
+            blocks=True,
+        )
+    ]
 
 
 def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[Finding]:

@@ -1,5 +1,6 @@
 """When the base model is enough, what is the answer where it is not, and who is asked."""
 
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
@@ -17,6 +18,8 @@ from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.flexible import reduced_model
 from edge_ident.simulation.simulate import simulate
+from tests.edge_ident.diagnosis.hand_made import RIPPLE, ripple
+from tests.edge_ident.diagnosis.hand_made import axis as by_hand
 from tests.edge_ident.stand_ins import START, StandIn, reader
 
 PERIOD_S = 0.0025
@@ -182,3 +185,17 @@ def test_a_negative_parameter_is_said_once_with_the_numbers_of_the_answer() -> N
     of_diagnosis = negative("viscous_friction", -0.0497, 0.0071, blocks=False)
     of_answer = negative("viscous_friction", -0.0628, 0.011, blocks=True)
     assert said_once([of_diagnosis, of_answer]) == (of_answer,)
+
+
+@pytest.mark.parametrize(("second", "blocks"), [("-y", True), (None, False)])
+def test_an_answer_of_several_axes_that_act_alike_has_to_be_confirmed(
+    second: str | None, blocks: bool
+) -> None:
+    """Which of them act was chosen among many; the deviations are those of the choice."""
+    adequacy = Adequacy(0.1, 50.0, ("inertia",), 0.1, 8.0)
+    sources = filter(None, ("z", second))
+    causes = [replace(ripple(), term=replace(RIPPLE, source_axis=source)) for source in sources]
+    diagnosed = by_hand(Verdict.EXPLAINED, *causes)
+    found = describe_model(adequacy, diagnosed, extended=True)
+    assert [finding.code for finding in found if finding.blocks] == ["several_axes"] * blocks
+    assert describe_model(adequacy, diagnosed, extended=False) == []
