@@ -30,9 +30,18 @@ def sources(axes: Sequence[str], most: int) -> Iterator[str]:
     each."""
     for count in range(1, most + 1):
         for group, senses in product(combinations(axes, count), product("+-", repeat=count)):
-            first = f"-{group[0]}" if senses[0] == "-" else group[0]
-            others = (f"{s} {a}" for s, a in zip(senses[1:], group[1:], strict=True))
-            yield " ".join([first, *others])
+            yield _source(zip(senses, group, strict=True))
+
+
+def turned(source: str, axis: str) -> str:
+    """The same source, with one axis that counts in the other sense."""
+    acts = ((one.sense * (-1 if one.axis == axis else 1), one.axis) for one in acting(source, ()))
+    return _source(("-" if sense < 0 else "+", name) for sense, name in acts)
+
+
+def _source(signed: Iterable[tuple[str, str]]) -> str:
+    text = " ".join(f"{sign} {axis}" for sign, axis in signed)
+    return text.removeprefix("+ ") if text[0] == "+" else f"-{text[2:]}"
 
 
 def acting(source: str | None, known: Collection[str]) -> tuple[Acting, ...]:

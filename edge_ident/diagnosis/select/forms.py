@@ -4,15 +4,18 @@ A term enters in the form that explains most of what was left then. Beside terms
 another form of the effect may do with fewer parameters, or fit better.
 """
 
+from dataclasses import replace
+
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.select.acceptance import Evidence, decide, separable
 from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.screening import unrepeatable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue
+from edge_ident.model.sources import acting, turned
 
 
 def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
@@ -27,6 +30,7 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
     search : Search
     model : FittedModel
     """
+    model = _in_best_senses(search, model)
     for place, term in enumerate(model.terms):
         rest = search.fit(model.base, model.without(place))
         before, after = model.terms[:place], model.terms[place + 1 :]
@@ -35,6 +39,25 @@ def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
         better = [other for other in models if _preferred(search, model, other, place)]
         model = min(better, key=search.criterion.value, default=model)
     return model
+
+
+def _in_best_senses(search: Search, model: FittedModel) -> FittedModel:
+    """A model in which each joint counts its angle in the better sense, in all terms at once: a
+    model keeps to the sense of the term that entered first, when it had no other beside it."""
+    senses = [t.candidate.source for t in model.terms if t.candidate.form.senses]
+    for axis in sorted({one.axis for source in senses for one in acting(source, ())}):
+        terms = tuple(_turned(term, axis) for term in model.terms)
+        other = search.fit(model.base, terms)
+        if separable(search.gain(model, other)):
+            model = other
+    return model
+
+
+def _turned(term: FittedTerm, axis: str) -> FittedTerm:
+    candidate = term.candidate
+    if candidate.source is None or not candidate.form.senses:
+        return term
+    return replace(term, candidate=replace(candidate, source=turned(candidate.source, axis)))
 
 
 def _preferred(search: Search, model: FittedModel, other: FittedModel, place: int) -> bool:

@@ -7,7 +7,7 @@ from edge_ident.errors import ModelError
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
-from edge_ident.model.sources import acting, sources
+from edge_ident.model.sources import acting, sources, turned
 from edge_ident.simulation.parts import Parts
 
 TIME_S = np.linspace(0.0, 4.0, 401)
@@ -71,3 +71,12 @@ def test_what_is_no_axis_is_refused() -> None:
         inverse_effort(weighed("j1 + j9"), swung(0.7), MOTIONS)
     with pytest.raises(ModelError, match="no other axis is j3"):
         Parts({"j1": AxisModel((BASE_TERM,)), "j3": weighed("j3")}, 1)
+
+
+@pytest.mark.parametrize(
+    ("source", "other"), [("j2", "-j2"), ("-j1 + j2", "-j1 - j2"), ("j2 - j3", "-j2 - j3")]
+)
+def test_a_joint_that_counts_the_other_way_round(source: str, other: str) -> None:
+    assert turned(source, "j2") == other
+    assert turned(other, "j2") == source
+    assert turned(source, "z") == source
