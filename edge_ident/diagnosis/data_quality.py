@@ -7,6 +7,7 @@ import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
 from edge_ident.signals.even_rows import even_rows_sentence
+from edge_ident.signals.lost_rows import lost_rows_sentence
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import GAP, EvenGrid
 from edge_ident.signals.scale_checks import check_scale
@@ -43,9 +44,15 @@ def _of_axis(recording: Recording, name: str) -> list[DataFinding]:
 
 
 def _timing(recording: Recording, name: str) -> list[DataFinding]:
+    found = []
     if recording.stamp_jitter:
         message = even_rows_sentence(recording.stamp_jitter)
-        return [DataFinding("jittering_stamps", name, message), *_gaps(recording, name)]
+        found.append(DataFinding("jittering_stamps", name, message))
+    if recording.lost_rows:
+        message = lost_rows_sentence(recording.lost_rows)
+        found.append(DataFinding("lost_rows", name, message))
+    if found:
+        return [*found, *_gaps(recording, name)]
     return _gaps(recording, name) or _uneven(recording, name)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.even_rows import even_rows_sentence
+from edge_ident.signals.lost_rows import lost_rows_sentence
 from edge_ident.signals.resampling import UNEVEN
 
 UNKNOWN_LIMIT: Final = 0.05
@@ -15,13 +16,14 @@ _FEW_UNKNOWN: Final = 0.001
 """Share of such samples below which it is not worth a sentence."""
 
 
-def describe_data(signals: Signals, stamp_jitter: float) -> list[Finding]:
+def describe_data(signals: Signals, stamp_jitter: float = 0.0, lost_rows: int = 0) -> list[Finding]:
     """What was done to the data before anything was estimated.
 
     Parameters
     ----------
     signals : Signals
     stamp_jitter : float
+    lost_rows : int
         See `edge_ident.signals.recording.Recording`.
     """
     findings = []
@@ -34,7 +36,16 @@ def describe_data(signals: Signals, stamp_jitter: float) -> list[Finding]:
                 blocks=False,
             )
         )
-    if signals.jitter > UNEVEN:
+    if lost_rows:
+        findings.append(
+            Finding(
+                "lost_rows",
+                lost_rows_sentence(lost_rows),
+                "look for a recorder that is too slow or a line that drops packets",
+                blocks=False,
+            )
+        )
+    if signals.jitter > UNEVEN and not lost_rows:
         findings.append(
             Finding(
                 "uneven_sampling",

@@ -204,7 +204,7 @@ def _findings(
 ) -> list[Finding]:
     """Findings about the data, the known effects, the model and the parameters of the answer."""
     known, recording, name = estimates.compensated, estimates.recording, estimates.name
-    findings = describe_data(known.signals, recording.stamp_jitter)
+    findings = describe_data(known.signals, recording.stamp_jitter, recording.lost_rows)
     findings += departures(known.effects, seen, recording.axes[name])
     findings += tied_to_time(known.tied_to_time)
     extended = chosen.source is ParameterSource.EXTENDED_MODEL

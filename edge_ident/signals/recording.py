@@ -130,6 +130,9 @@ class Recording:
     stamp_jitter : float
         Rms of the jitter that was taken out of the time stamps, in sampling periods; 0 where they
         are those recorded (`edge_ident.signals.even_rows`).
+    lost_rows : int
+        Rows that were found to be missing although the time stamps did not say so
+        (`edge_ident.signals.lost_rows`).
 
     Examples
     --------
@@ -148,6 +151,7 @@ class Recording:
     begin_s: float = 0.0
     passive: Mapping[str, PassiveAxis] = field(default_factory=dict)
     stamp_jitter: float = 0.0
+    lost_rows: int = 0
 
     @property
     def positions(self) -> dict[str, Array]:
