@@ -120,7 +120,7 @@ def judge(
             doubts |= (doubtful := doubt(assessed, kept))
             kept = [k for k in kept if k not in doubtful]
     reason = blocked or (
-        unphysical(search.data, assessed.fitted(kept), assessed.tolerance) if kept else None
+        unphysical(search.data, start, assessed.fitted(kept), assessed.tolerance) if kept else None
     )
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)

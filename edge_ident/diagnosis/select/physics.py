@@ -11,26 +11,34 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.attenuation import attenuation
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, jacobian_of
+from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.columns import unit_length
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.model.search import ChangesWith
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
 
 FRICTION: Final = ("viscous_friction", "coulomb_friction")
 """Base parameters that take power."""
+_TAKEN: Final = 0.5
+"""Inertia beside a load over that without it, below which most of it went to the load."""
 
 
-def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | None:
+def unphysical(
+    data: AxisData, start: FittedModel, model: FittedModel, tolerance: float
+) -> str | None:
     """What is unphysical about the unbounded optimum of a model, in words; None where nothing is.
 
     Parameters
     ----------
     data : AxisData
+    start : FittedModel
+        The base model.
     model : FittedModel
         Its nonlinear parameters stay as they are.
     tolerance : float
@@ -60,7 +68,29 @@ def unphysical(data: AxisData, model: FittedModel, tolerance: float) -> str | No
                 f"with it the best fit has a negative {name.replace('_', ' ')}, "
                 f"{value:.3g} ± {std:.2g}, which no machine has"
             )
+    if _shows_inertia(data, start, tolerance) and _lacks_inertia(data, start, model):
+        return (
+            f"it takes the place of the inertia: {model.base[0]:.3g} of {start.base[0]:.3g} is left"
+        )
     return _driving_friction(data, model, optimum, jacobian) if shared else None
+
+
+def _shows_inertia(data: AxisData, model: FittedModel, least: float = 0.0) -> bool:
+    """Whether a model has a certain inertia, and one whose effort has more than a least rms."""
+    inertia, column = float(model.base[0]), model.jacobian[data.valid, 0]
+    parts = standard_deviations(data, model)[0], attenuation(data, model)[0]
+    return inertia > NEGATIVE.value * np.hypot(*parts) and inertia * rms(column) > least
+
+
+def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bool:
+    """Whether a model may as well have no inertia, or less than half where a load may have it.
+
+    Along one sinusoid a load differs from an inertia by what the position has beside the sinusoid.
+    If the encoder made that, the inertia is too small, and its deviation says nothing of it.
+    """
+    along = any(t.candidate.form.changes is ChangesWith.STROKE for t in model.terms)
+    taken = along and not data.several_speeds and model.base[0] < _TAKEN * start.base[0]
+    return taken or not _shows_inertia(data, model)
 
 
 def _driving_friction(
