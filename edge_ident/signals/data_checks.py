@@ -39,6 +39,8 @@ _SPIKE_WIDTH: Final = 1.5
 """How much farther than its neighbours do: 1 for a step, 2 for a single sample."""
 _SPIKE_LEAN: Final = 0.25
 """How far they leave theirs toward it, at least: 0 beside a corner, 0.5 beside a single sample."""
+_MOST_SPIKES: Final = 0.02
+"""Share of such samples from which they are usual: an effort of pulses."""
 _ROUGHER: Final = 5.0
 """Noise of a position over that of an effort, each over its swing, from which the two columns may
 be swapped."""
@@ -230,11 +232,13 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     swing = float(np.std(np.delete(values, int(np.argmax(size)))))
     if np.max(size) <= swing:  # of most recordings; what follows takes longer
         return
-    usual = quantile(size, 0.999)
     here = size[1:-1]
     toward = -np.sign(off[1:-1]) * np.stack([off[:-2], off[2:]])
     alone = (here > _SPIKE_WIDTH * toward.max(0)) & (toward.min(0) > _SPIKE_LEAN * here)
-    spikes = 1 + np.flatnonzero(alone & (here > _SPIKE_RATIO * usual) & (here > swing))
+    alone &= here > swing
+    beside = np.convolve(alone, np.ones(3)) > 0.0
+    usual = quantile(size[~beside] if np.mean(alone) < _MOST_SPIKES else size, 0.999)
+    spikes = 1 + np.flatnonzero(alone & (here > _SPIKE_RATIO * usual))
     if len(spikes):
         raise DataError(
             f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "

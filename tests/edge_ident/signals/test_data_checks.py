@@ -35,3 +35,12 @@ def test_an_effort_that_rises_steeply_at_the_end_is_no_spike(count: int) -> None
 def test_a_spike_is_one_anywhere(row: int) -> None:
     with pytest.raises(DataError, match=f"row {row}: a spike"):
         check_motions(motion(row, row + 1, 40.0))
+
+
+def test_many_spikes_are_no_usual_effort() -> None:
+    """Where one sample of 150 was another value, that was what is usual, and a motor was said to
+    saturate."""
+    hit = motion(0, 0, 0.0)
+    hit.axes["x"].effort[75::150] += 5.0
+    with pytest.raises(DataError, match="27 in all"):
+        check_motions(hit)
