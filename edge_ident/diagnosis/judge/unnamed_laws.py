@@ -110,6 +110,7 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "viscous friction that changes along the stroke": _viscous,
         "a force constant of the motor that changes along the stroke": _force,
         "friction that follows the load": _follows_load,
+        "a gain that differs with the sign of the effort": _one_sided,
     },
     ChangesWith.TIME: {
         "an inertia that changes with time": _inertia_in_time,
