@@ -9,6 +9,7 @@ from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.own_values import own_values, scale_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
+from edge_ident.diagnosis.select.filtered_effort import filter_instead
 from edge_ident.diagnosis.select.hidden_delay import delayed_data, shift_instead
 from edge_ident.diagnosis.select.own_friction import own_friction_data
 from edge_ident.diagnosis.select.own_scale import scale_instead
@@ -152,6 +153,11 @@ def _judged(
     elif _blocked(checks) is None:
         checks = (*checks, *own_values(recordings, name, search.data, model))
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
+    if judged.verdict is Verdict.ADEQUATE or _blocked(checks) is not None:
+        return AxisSearch(selected, floor, checks, judged)
+    if (smoothed := filter_instead(selected)) is not None:
+        checks = (*checks, smoothed)
+        judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)
 
 

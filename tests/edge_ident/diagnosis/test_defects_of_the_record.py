@@ -1,5 +1,7 @@
 """Recordings of ideal machines, each with one defect of the recording and none of the machine."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,6 +11,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -76,3 +79,36 @@ def test_what_takes_the_place_of_the_inertia_is_no_cause(wrong: float) -> None:
     assert named(axis) == []
     found = axis.extended.estimate.parameters
     assert found[0] == pytest.approx(INERTIA, rel=0.05)
+
+
+def filtered(signal: Array, hz: float) -> Array:
+    """Behind a first-order low-pass filter."""
+    kept = np.exp(-2.0 * np.pi * hz * PERIOD_S)
+    out, state = np.empty_like(signal), signal[0]
+    for k, value in enumerate(signal):
+        state = kept * state + (1.0 - kept) * value
+        out[k] = state
+    return out
+
+
+@pytest.mark.parametrize(("tones", "hz"), a_few([(1, 3.0), (4, 10.0), (4, 4.0)], [(1, 3.0)]))
+def test_an_effort_that_was_smoothed_has_no_presliding_and_no_soft_coupling(
+    tones: int, hz: float
+) -> None:
+    time_s, position, effort = ideal(tones)
+    position, effort = inside(time_s, position, filtered(effort, hz))
+    axis = diagnose([recorded(position, effort)]).axes["x"]
+    assert (axis.verdict, named(axis)) == (Verdict.UNEXPLAINED, [])
+    (doubt,) = [finding for finding in axis.findings if finding.blocks]
+    assert doubt.code == "undetermined_filter"
+    (said,) = re.findall(r"filter of ([0-9.]+) Hz", doubt.message)
+    assert float(said) == pytest.approx(hz, rel=0.1)
+
+
+@pytest.mark.parametrize("gain", [1.1, 1.3])
+def test_an_amplifier_with_a_gain_for_each_sign_has_no_friction_along_the_stroke(
+    gain: float,
+) -> None:
+    position, effort = inside(*ideal())
+    axis = diagnose([recorded(position, np.where(effort > 0.0, gain, 1.0) * effort)]).axes["x"]
+    assert named(axis) == []
