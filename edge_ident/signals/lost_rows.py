@@ -95,7 +95,7 @@ def _lost(steps: Array) -> tuple[Array, Mask]:
     tells = (size > least) & (np.abs(before - after) < 2.0 * _NEAR * size)
     ratio = np.where(tells, off * np.sign(around) / size, 0.0)
     rows = np.rint(ratio)
-    whole = np.abs(ratio - rows) < _NEAR * np.maximum(rows, 1.0)
+    whole = np.abs(ratio - rows) < _NEAR * np.maximum(0.5 * rows, 1.0)
     found = tells & (rows >= 1.0) & whole
     odd = tells & ~(whole & (rows >= 0.0))
     if np.count_nonzero(odd) > _SELDOM * np.count_nonzero(found) or np.mean(found) > _SELDOM:
