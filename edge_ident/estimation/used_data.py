@@ -26,25 +26,7 @@ def describe_data(signals: Signals, stamp_jitter: float = 0.0, lost_rows: int = 
     lost_rows : int
         See `edge_ident.signals.recording.Recording`.
     """
-    findings = []
-    if stamp_jitter:
-        findings.append(
-            Finding(
-                "jittering_stamps",
-                even_rows_sentence(stamp_jitter),
-                "record with the board's clock, or read the file with --period",
-                blocks=False,
-            )
-        )
-    if lost_rows:
-        findings.append(
-            Finding(
-                "lost_rows",
-                lost_rows_sentence(lost_rows),
-                "look for a recorder that is too slow or a line that drops packets",
-                blocks=False,
-            )
-        )
+    findings = _of_stamps(stamp_jitter, lost_rows)
     if signals.jitter > UNEVEN and not lost_rows:
         findings.append(
             Finding(
@@ -64,6 +46,30 @@ def describe_data(signals: Signals, stamp_jitter: float = 0.0, lost_rows: int = 
                 f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
                 "this part was not used",
                 "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
+                blocks=False,
+            )
+        )
+    return findings
+
+
+def _of_stamps(stamp_jitter: float, lost_rows: int) -> list[Finding]:
+    """What the time stamps did not tell, and the position did."""
+    findings = []
+    if stamp_jitter:
+        findings.append(
+            Finding(
+                "jittering_stamps",
+                even_rows_sentence(stamp_jitter),
+                "record with the board's clock, or read the file with --period",
+                blocks=False,
+            )
+        )
+    if lost_rows:
+        findings.append(
+            Finding(
+                "lost_rows",
+                lost_rows_sentence(lost_rows),
+                "look for a recorder that is too slow or a line that drops packets",
                 blocks=False,
             )
         )
