@@ -82,12 +82,15 @@ def lost_rows_sentence(lost: int) -> str:
 
 def _lost(steps: Array) -> tuple[Array, Mask]:
     """Rows that are missing inside each step (N,) of a position, and where certainly none is."""
+    none = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.bool_)
+    if np.max(np.abs(np.diff(steps))) < _NEAR * _SLOW * np.max(np.abs(steps)):
+        return none  # of many recordings; what follows takes longer
     sides = _windows(steps)[:, :_BESIDE], _windows(steps)[:, -_BESIDE:]
-    before, after = (np.median(side, axis=1) for side in sides)
+    before, after = map(_middle, sides)
     around = 0.5 * (before + after)
     off = steps - around
-    off -= np.median(_windows(off), axis=1)  # what a motion that bends is off by
-    noise = float(np.median(np.abs(off))) / _NORMAL
+    off -= _middle(_windows(off))  # what a motion that bends is off by
+    noise = quantile(np.abs(off), 0.5) / _NORMAL
     counts = np.abs(steps[steps != 0.0])
     size = np.maximum(np.abs(around), np.finfo(float).tiny)
     least = max(_BEYOND_NOISE * noise, _COUNTS * float(np.min(counts, initial=np.inf)))
@@ -99,7 +102,7 @@ def _lost(steps: Array) -> tuple[Array, Mask]:
     found = tells & (rows >= 1.0) & whole
     odd = tells & ~(whole & (rows >= 0.0))
     if np.count_nonzero(odd) > _SELDOM * np.count_nonzero(found) or np.mean(found) > _SELDOM:
-        return np.zeros(len(steps)), np.zeros(len(steps), dtype=np.bool_)
+        return none
     return np.where(found, rows, 0.0), tells & (rows == 0.0)
 
 
@@ -107,3 +110,9 @@ def _windows(values: Array) -> Array:
     """Each value (N,) with those beside it, (N, W)."""
     padded = np.pad(values, _BESIDE, mode="edge")
     return np.lib.stride_tricks.sliding_window_view(padded, 2 * _BESIDE + 1)
+
+
+def _middle(windows: Array) -> Array:
+    """Medians (N,) of an odd number of values each; numpy's own loads masked arrays."""
+    middle = windows.shape[1] // 2
+    return np.asarray(np.partition(windows, middle, axis=1)[:, middle])

@@ -52,7 +52,8 @@ def test_no_cause_is_named_beside_friction_that_drives_the_motion() -> None:
 def test_negative_friction_is_unphysical(viscous: float) -> None:
     t, x, v, a = MOTION
     data = prepare_axis([recorded(t, x, 0.5 * a + viscous * v + 0.2, noise=0.02)], "x")
-    reason = unphysical(data, fit(data, TEMPLATE, np.zeros(4), ()), 0.01)
+    model = fit(data, TEMPLATE, np.zeros(4), ())
+    reason = unphysical(data, model, model, 0.01)
     assert (reason is not None) is (viscous < 0.0)
     assert reason is None or "negative viscous friction, -0.4" in reason
 
