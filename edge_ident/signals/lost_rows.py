@@ -60,9 +60,12 @@ def with_lost_rows(recording: Recording) -> Recording:
         or np.max(np.abs(steps / period_s - passed)) > _EVEN * passed.max()
     ):
         return recording
+    moved = [np.diff(axis.position) / passed for axis in recording.axes.values()]
+    if not any(map(_jumps, moved)):
+        return recording  # most are; what follows takes longer
     lost, contradicted = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.bool_)
-    for axis in recording.axes.values():
-        of_axis, in_time = _lost(np.diff(axis.position) / passed)
+    for steps in moved:
+        of_axis, in_time = _lost(steps)
         lost, contradicted = np.maximum(lost, of_axis), contradicted | in_time
     lost[contradicted] = 0.0
     if not np.any(lost):
@@ -80,21 +83,28 @@ def lost_rows_sentence(lost: int) -> str:
     )
 
 
+def _least(steps: Array) -> float:
+    """Size of a step (N,) from which it tells, whatever the noise."""
+    sizes = np.abs(steps)
+    counts = float(np.min(sizes, where=sizes > 0.0, initial=np.inf))
+    return max(_COUNTS * counts, _SLOW * float(np.max(sizes)))
+
+
+def _jumps(steps: Array) -> bool:
+    """Whether a step (N,) differs from the one before by as much as a loss makes at least."""
+    return bool(np.max(np.abs(np.diff(steps))) > (1.0 - 2.0 * _NEAR) * _least(steps))
+
+
 def _lost(steps: Array) -> tuple[Array, Mask]:
     """Rows that are missing inside each step (N,) of a position, and where certainly none is."""
-    none = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.bool_)
-    if np.max(np.abs(np.diff(steps))) < _NEAR * _SLOW * np.max(np.abs(steps)):
-        return none  # of many recordings; what follows takes longer
     sides = _windows(steps)[:, :_BESIDE], _windows(steps)[:, -_BESIDE:]
     before, after = map(_middle, sides)
     around = 0.5 * (before + after)
     off = steps - around
     off -= _middle(_windows(off))  # what a motion that bends is off by
     noise = quantile(np.abs(off), 0.5) / _NORMAL
-    counts = np.abs(steps[steps != 0.0])
     size = np.maximum(np.abs(around), np.finfo(float).tiny)
-    least = max(_BEYOND_NOISE * noise, _COUNTS * float(np.min(counts, initial=np.inf)))
-    least = max(least, _SLOW * float(np.max(size)))
+    least = max(_BEYOND_NOISE * noise, _least(steps))
     tells = (size > least) & (np.abs(before - after) < 2.0 * _NEAR * size)
     ratio = np.where(tells, off * np.sign(around) / size, 0.0)
     rows = np.rint(ratio)
@@ -102,7 +112,7 @@ def _lost(steps: Array) -> tuple[Array, Mask]:
     found = tells & (rows >= 1.0) & whole
     odd = tells & ~(whole & (rows >= 0.0))
     if np.count_nonzero(odd) > _SELDOM * np.count_nonzero(found) or np.mean(found) > _SELDOM:
-        return none
+        return np.zeros(len(steps)), np.zeros(len(steps), dtype=np.bool_)
     return np.where(found, rows, 0.0), tells & (rows == 0.0)
 
 
