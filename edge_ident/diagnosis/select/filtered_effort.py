@@ -13,6 +13,7 @@ import scipy.optimize
 import scipy.signal
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -84,9 +85,9 @@ def _left(data: AxisData, order: int, lag_s: float) -> float:
     columns = np.vstack([_lagging(s, order, lag_s) for s in data.segments])
     columns = np.hstack([columns, own_columns(data)])[data.valid]
     effort = data.effort[data.valid]
-    found = np.linalg.lstsq(columns, effort, rcond=None)[0]
-    if np.any(found[: len(PARAMETERS)][np.array(POSITIVE)] < 0.0):
-        return math.inf
+    low = np.full(columns.shape[1], -np.inf)
+    low[: len(PARAMETERS)][POSITIVE] = 0.0
+    found = solve_within(columns, effort, low, np.full(len(low), np.inf)).solution
     return float(np.sum((effort - columns @ found) ** 2))
 
 
