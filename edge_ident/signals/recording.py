@@ -125,14 +125,14 @@ class Recording:
     begin_s : float
         From the first sample of an earlier recording of the machine to its own, where what changes
         in the course of time goes on. Files do not hold it.
-    passive : mapping of axis name to PassiveAxis
-        Axes without an effort.
     stamp_jitter : float
         Rms of the jitter that was taken out of the time stamps, in sampling periods; 0 where they
         are those recorded (`edge_ident.signals.even_rows`).
     lost_rows : int
         Rows that were found to be missing although the time stamps did not say so
         (`edge_ident.signals.lost_rows`).
+    passive : mapping of axis name to PassiveAxis
+        Axes without an effort.
 
     Examples
     --------
@@ -149,9 +149,9 @@ class Recording:
     source: str
     effort_shift_s: float = 0.0
     begin_s: float = 0.0
-    passive: Mapping[str, PassiveAxis] = field(default_factory=dict)
     stamp_jitter: float = 0.0
     lost_rows: int = 0
+    passive: Mapping[str, PassiveAxis] = field(default_factory=dict)
 
     @property
     def positions(self) -> dict[str, Array]:
@@ -164,7 +164,7 @@ class Recording:
         return frozenset(n for n, axis in self._every.items() if axis.position_unit == "rad")
 
     @property
-    def _every(self) -> "Mapping[str, AxisRecord | PassiveAxis]":
+    def _every(self) -> Mapping[str, AxisRecord | PassiveAxis]:
         return {**self.axes, **self.passive}
 
 
