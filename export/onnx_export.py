@@ -30,6 +30,7 @@ from export.evaluate import (
 from export.manifest import describe, with_figures, write
 from export.network import ResidualNetwork
 from export.quantization import quantize
+from export.rounding import with_spared_bits
 
 PARITY: Final = 1e-5
 """Largest difference of outputs between torch and onnxruntime."""
@@ -64,6 +65,7 @@ def export(
     if int8:
         on_progress("quantizing")
         models["int8"] = clean(quantize(models["fp32"], images, features))
+    models["fp32"] = with_spared_bits(models["fp32"])
     output.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=output) as folder:  # nothing is replaced before all checks pass
         draft = Path(folder)
