@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+from edge_ident.diagnosis.filtered_effort import filter_instead
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.own_values import own_values, scale_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
-from edge_ident.diagnosis.select.filtered_effort import filter_instead
 from edge_ident.diagnosis.select.hidden_delay import delayed_data, shift_instead
 from edge_ident.diagnosis.select.own_friction import own_friction_data
 from edge_ident.diagnosis.select.own_scale import scale_instead

@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 
 FRICTION: Final = ("viscous_friction", "coulomb_friction")
 """Base parameters that take power."""
-_TAKEN: Final = 0.5
-"""Inertia beside a load over that without it, below which most of it went to the load."""
 
 
 def unphysical(
@@ -89,8 +87,8 @@ def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bo
     If the encoder made that, the inertia is too small, and its deviation says nothing of it.
     """
     along = any(t.candidate.form.changes is ChangesWith.STROKE for t in model.terms)
-    taken = along and not data.several_speeds and model.base[0] < _TAKEN * start.base[0]
-    return taken or not _shows_inertia(data, model)
+    left, taken = model.base[0], start.base[0] - model.base[0]
+    return (along and not data.several_speeds and left < taken) or not _shows_inertia(data, model)
 
 
 def _driving_friction(

@@ -14,7 +14,7 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
-from edge_ident.diagnosis.fit.own_columns import own_columns
+from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
@@ -85,9 +85,10 @@ def _left(data: AxisData, order: int, lag_s: float) -> float:
     columns = np.vstack([_lagging(s, order, lag_s) for s in data.segments])
     columns = np.hstack([columns, own_columns(data)])[data.valid]
     effort = data.effort[data.valid]
-    low = np.full(columns.shape[1], -np.inf)
-    low[: len(PARAMETERS)][POSITIVE] = 0.0
-    found = solve_within(columns, effort, low, np.full(len(low), np.inf)).solution
+    early, late = own_limits(data, shifted=True)
+    low = np.append(np.where(POSITIVE, 0.0, -np.inf), early)
+    high = np.append(np.full(len(PARAMETERS), np.inf), late)
+    found = solve_within(columns, effort, low, high).solution
     return float(np.sum((effort - columns @ found) ** 2))
 
 
