@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.search import Excitation, Form
+from edge_ident.model.search import ChangesWith, Excitation, Form
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float] | Mapping[str, Array]
@@ -69,6 +69,7 @@ class Candidate:
 def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
     """All candidates for an axis; `rotary` where its positions are angles."""
     found, several_speeds = [], data.several_speeds
+    own_friction = frozenset(data.own) - {"offset"}
     for name, effect in catalogue().items():
         if effect.search.needs_reversals and not data.reverses:
             continue
@@ -76,6 +77,8 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
             continue  # timing accounts for the shift
         for form in effect.search.forms:
             separable = several_speeds or not form.several_speeds
+            if form.changes is ChangesWith.MOMENT and own_friction.intersection(form.linear):
+                continue  # a recording's own friction says it already
             if separable and (rotary or not form.rotary):
                 found += [Candidate(name, form, source) for source in data.sources(form)]
     return tuple(found)

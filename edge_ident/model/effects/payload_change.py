@@ -82,6 +82,7 @@ EFFECT: Final = PayloadChange(
     ),
     search=SearchSpec(
         forms=(
+            Form(("inertia",), ("time",), changes=ChangesWith.MOMENT),
             Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT),
             Form(("inertia", "coulomb_friction", "offset"), ("time",), changes=ChangesWith.MOMENT),
         ),

@@ -117,6 +117,12 @@ def test_one_factor_of_all_is_another_scale_and_no_payload() -> None:
 def test_another_load_and_other_friction_are_no_other_scale() -> None:
     axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, inertia=0.65, friction=1.15))
     assert not said(axis, "scale_differs")
+    (payload,) = axis.causes
+    assert abs(float(payload.term.values["inertia"])) == pytest.approx(0.15, rel=0.03)
+    assert payload.term.values["coulomb_friction"] == 0.0, (
+        "friction differs by more than a payload's"
+    )
+    assert said(axis, "friction_differs")
 
 
 def test_a_wrong_sign_names_the_recording_that_has_it() -> None:

@@ -171,7 +171,7 @@ def test_gains_cure_it_by_its_declaration_alone() -> None:
 @pytest.mark.usefixtures("brake")
 def test_the_diagnosis_searches_for_it_and_the_page_describes_it() -> None:
     class View:
-        reverses, late, several_speeds = True, False, True
+        reverses, late, several_speeds, own = True, False, True, ("offset",)
 
         def sources(self, form: Form) -> tuple[str | None, ...]:
             return ("z",) if form.coupled else (None,)
