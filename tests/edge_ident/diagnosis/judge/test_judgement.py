@@ -66,7 +66,7 @@ def test_a_payload_without_mass_beside_what_stays_is_doubtful(mass: float) -> No
     data = prepare_axis([recorded(t, x, rigid(v, a) + added, noise=0.02)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
-    (form, *_) = named("payload_change").search.forms
+    _, form, _ = named("payload_change").search.forms
     payload = FittedTerm(
         Candidate("payload_change", form),
         {"time": 9.0, "clock": 0.0},
