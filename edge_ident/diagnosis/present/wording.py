@@ -51,9 +51,14 @@ def findings_sentence(axis: AxisDiagnosis) -> str:
 def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
     """Whether a model leaves more than noise on the other recording alone."""
     axis = diagnosis.axes[name]
-    open_here = axis.lines or any(finding.blocks for finding in axis.findings)
-    unexplained = axis.verdict is Verdict.UNEXPLAINED and not open_here
+    unexplained = axis.verdict is Verdict.UNEXPLAINED and not _open_here(axis)
     return unexplained and name in diagnosis.validation and _leaves_noise(axis)
+
+
+def _open_here(axis: AxisDiagnosis) -> bool:
+    """Whether something else in the recording is not understood than what the model leaves."""
+    blocked = any(finding.blocks for finding in axis.findings)
+    return blocked or bool(axis.lines or axis.external_vibrations)
 
 
 def _leaves_noise(axis: AxisDiagnosis) -> bool:
@@ -105,7 +110,7 @@ def _verdict(axis: AxisDiagnosis) -> str:
         what = f"with {found}, what" if found else "what"
         if axis.lines:
             return f"{what} is left in the band, {left} of the effort, is noise ({floor})"
-        if not any(finding.blocks for finding in axis.findings):
+        if not _open_here(axis):
             return (
                 f"{what} is left here, {left} of the effort, is noise ({floor}), but "
                 "not what is left of the other recording"

@@ -11,6 +11,7 @@ import edge_ident
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
+from edge_ident.diagnosis.result import OutsideVibration
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
@@ -167,6 +168,11 @@ def test_what_another_recording_alone_contradicts_says_so() -> None:
     assert "is noise (noise alone leaves" in first
     assert first.endswith("but not what is left of the other recording")
     assert step.startswith("next: diagnose both recordings together")
+    shaken = replace(axis, external_vibrations=(OutsideVibration(3.0, 0.1, "a.csv"),))
+    first, *_, step = block(diagnosis_answer(replace(found, axes={"x": shaken})))
+    assert "the other recording" not in first
+    assert "an external vibration acts on it" in first
+    assert not step.startswith("next: diagnose both")
 
 
 def test_a_sound_machine_needs_nothing() -> None:
