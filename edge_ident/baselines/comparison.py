@@ -14,8 +14,7 @@ from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
 from edge_ident.signals.data_checks import check_usable
-from edge_ident.signals.even_rows import with_even_rows
-from edge_ident.signals.lost_rows import with_lost_rows
+from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
 from edge_ident.signals.recording import Recording
@@ -174,7 +173,7 @@ def compare(
         if method not in known:
             raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
     check_usable(recording)
-    recording = with_lost_rows(with_even_rows(recording))
+    recording = with_mended_stamps(recording)
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []

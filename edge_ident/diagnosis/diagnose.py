@@ -49,8 +49,7 @@ from edge_ident.diagnosis.validation import judge as judge_elsewhere
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.signals.even_rows import with_even_rows
-from edge_ident.signals.lost_rows import with_lost_rows
+from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.recording import Recording, chosen_axes
 
 Progress = Callable[[str, int, int], None]
@@ -118,10 +117,9 @@ def diagnose(
     check_pooled([*recordings, *([validate] if validate else [])])
     begin_s = recordings[0].begin_s
     recordings = [
-        with_lost_rows(with_even_rows(replace(each, begin_s=each.begin_s - begin_s)))
-        for each in recordings
+        with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
     ]
-    validates = [with_lost_rows(with_even_rows(validate))] if validate else []
+    validates = [with_mended_stamps(validate)] if validate else []
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
     for done, name in enumerate(names):

@@ -26,8 +26,7 @@ from edge_ident.model.model import Estimate, Model
 from edge_ident.model.timing import NO_SHIFT
 from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.decimation import LONG
-from edge_ident.signals.even_rows import with_even_rows
-from edge_ident.signals.lost_rows import with_lost_rows
+from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
 from edge_ident.support.stopwatch import Stopwatch
@@ -94,7 +93,7 @@ def identify(
     check_usable(recording)
     watch = stopwatch or Stopwatch()
     with watch.stage("signals"):
-        recording = with_lost_rows(with_even_rows(recording))
+        recording = with_mended_stamps(recording)
         needed = at_needed_rate(recording)
     axes = {}
     for names in _network_batches(needed):

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Recording
 
@@ -35,6 +36,12 @@ _SELDOM: Final = 0.1
 number, or backwards, to those that are: a few of these, and the encoder is to blame."""
 _NORMAL: Final = 0.6745
 """Median of the magnitude of noise, in its standard deviations."""
+
+
+def with_mended_stamps(recording: Recording) -> Recording:
+    """A recording with the time stamps that its positions tell: those of even rows where the stamps
+    jitter, and with the time of rows that are missing. Others are returned as they are."""
+    return with_lost_rows(with_even_rows(recording))
 
 
 def with_lost_rows(recording: Recording) -> Recording:

@@ -17,8 +17,7 @@ from edge_ident.diagnosis.prepare.masks import TURN_NOISE, turning_points
 from edge_ident.estimation.trust import Finding
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff
 from edge_ident.signals.encoder import position_noise
-from edge_ident.signals.even_rows import with_even_rows
-from edge_ident.signals.lost_rows import with_lost_rows
+from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
 
@@ -40,8 +39,9 @@ def most_hz(duration_s: float) -> float:
 
 
 def as_diagnosed(recordings: Sequence[Recording], name: str) -> list[Recording]:
-    """Recordings as a diagnosis of an axis takes them: with even rows, and long ones in parts."""
-    return in_parts([with_lost_rows(with_even_rows(each)) for each in recordings], name)[0]
+    """Recordings as a diagnosis of an axis takes them: with mended stamps, and long ones in
+    parts."""
+    return in_parts([with_mended_stamps(each) for each in recordings], name)[0]
 
 
 def in_parts(recordings: Sequence[Recording], name: str) -> tuple[list[Recording], list[Finding]]:
