@@ -47,7 +47,7 @@ def filter_instead(selected: Selected) -> Finding | None:
     if selected.late or search.criterion.room(selected.start, search.noise) <= search.added.value:
         return None
     least_s = min(s.raw_period_s for s in data.segments)
-    most_s = min(REACH_S, 0.5 * math.pi / search.excitation.turning_rate)
+    most_s = min(REACH_S, search.excitation.quarter_turn_s)
     error, hz = min(_best(data, order, least_s, max(most_s, 2.0 * least_s)) for order in _ORDERS)
     beyond, of_base = (max(e - search.noise, 0.0) for e in (error, selected.start.error))
     costs = search.criterion.misfit(error) + _MORE * math.log(search.criterion.samples)

@@ -136,6 +136,11 @@ class Excitation:
         """Angular frequency (rad/s) of a sine with the same typical speed and acceleration."""
         return self.acceleration / self.typical_speed
 
+    @property
+    def quarter_turn_s(self) -> float:
+        """Of such a sine: what is later by more has the other sign."""
+        return float(0.5 * np.pi / self.turning_rate)
+
     def moved(self, inertia: Array) -> bool:
         """Whether the drive could have moved this much inertia."""
         return bool(np.all(inertia * self.acceleration < self.effort))

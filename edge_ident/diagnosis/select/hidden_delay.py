@@ -129,7 +129,7 @@ def _along_one_sinusoid(selected: Selected) -> float:
     if search.data.several_speeds or room <= search.added.value:
         return 0.0
     if far_shift_s not in kept:
-        reach_s = 0.5 * math.pi / search.excitation.turning_rate
+        reach_s = search.excitation.quarter_turn_s
         kept[far_shift_s] = far_shift_s(search.data.segments, _step_s(search.data), reach_s)
     return float(kept[far_shift_s])
 
