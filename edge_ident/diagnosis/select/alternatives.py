@@ -13,7 +13,6 @@ from edge_ident.diagnosis.fit.refinement import FINE, refined
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
-from edge_ident.diagnosis.select.screening import unrepeatable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import MOST_ALTERNATIVES
 from edge_ident.model.effects import named
@@ -50,9 +49,7 @@ def compare_alternatives(search: Search, model: FittedModel, index: int) -> Comp
     """Fit the best alternatives in the place of one term of a model."""
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
-    scored = search.score(
-        rest, unrepeatable(rest, search.library, search.data.carriers) | {term.candidate.effect}
-    )
+    scored = search.score(rest, frozenset({term.candidate.effect}))
     models = [
         (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_ALTERNATIVES.value]
     ]

@@ -12,7 +12,6 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.select.acceptance import Evidence, decide, separable
 from edge_ident.diagnosis.select.cross_validation import near_zero
-from edge_ident.diagnosis.select.screening import unrepeatable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue
 from edge_ident.model.sources import acting, turned
@@ -92,6 +91,5 @@ def with_another_form(search: Search, rest: FittedModel, candidate: Candidate) -
 
 def _others(search: Search, rest: FittedModel, candidate: Candidate) -> list[ScoredCandidate]:
     """Other forms of a candidate's effect that are promising on top of a model."""
-    of_others = frozenset(catalogue()) - {candidate.effect}
-    found = search.score(rest, of_others | unrepeatable(rest, search.library, search.data.carriers))
+    found = search.score(rest, frozenset(catalogue()) - {candidate.effect})
     return [scored for scored in found if scored.candidate not in (candidate, VIBRATION)]

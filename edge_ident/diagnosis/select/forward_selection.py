@@ -16,7 +16,6 @@ from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
 from edge_ident.diagnosis.select.polishing import polished
-from edge_ident.diagnosis.select.screening import unrepeatable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
@@ -175,10 +174,7 @@ def _children(
     search: Search, parent: FittedModel, without: frozenset[str]
 ) -> Iterable[FittedModel]:
     """Models with one more term that the acceptance rule accepts."""
-    scored = search.score(
-        parent, unrepeatable(parent, search.library, search.data.carriers) | without
-    )
-    scored = [s for s in scored if not s.on_edge]
+    scored = [s for s in search.score(parent, without) if not s.on_edge]
     least = min((s.error for s in scored), default=0.0)
     followed = [s for s in scored if s.error < FOLLOWED.value * least]
     for candidate in different_first(followed)[: BEAM_WIDTH.value]:

@@ -24,7 +24,7 @@ from edge_ident.diagnosis.fit.refinement import Refinements
 from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.criterion import Criterion
-from edge_ident.diagnosis.select.screening import excited, measurable, reliable
+from edge_ident.diagnosis.select.screening import excited, measurable, reliable, unrepeatable
 from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
@@ -38,6 +38,7 @@ from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
+LeftOut = frozenset[str | Candidate]
 
 
 @dataclass(frozen=True)
@@ -171,22 +172,22 @@ class Search:
         """Fit a model to the data."""
         return fit(self.data, self.template, base, terms)
 
-    def score(
-        self, fitted: FittedModel, without: frozenset[str | Candidate] = frozenset()
-    ) -> list[ScoredCandidate]:
+    def score(self, fitted: FittedModel, without: LeftOut = frozenset()) -> list[ScoredCandidate]:
         """Score all candidates on top of a model; refine and screen the most promising.
 
         Parameters
         ----------
         fitted : FittedModel
         without : frozenset of str or Candidate
-            Effects and candidates that are left out.
+            Effects and candidates that are left out, beside those that cannot stand beside the
+            model.
 
         Returns
         -------
         list of ScoredCandidate
             The best first.
         """
+        without |= unrepeatable(fitted, self.library, self.data.carriers)
         subspace = ResidualSubspace.of(self.data, fitted)
         discrepancy = self.criterion.discrepancy(fitted)
         replica_jacobian = jacobian_of(self.noise_replica, fitted)[self.data.valid]
@@ -222,7 +223,7 @@ class Search:
         return sorted(found, key=value)
 
     def _descents(
-        self, fitted: FittedModel, subspace: ResidualSubspace, without: frozenset[str | Candidate]
+        self, fitted: FittedModel, subspace: ResidualSubspace, without: LeftOut
     ) -> list[ScoredCandidate]:
         """Candidates of sparse grids, refined from each part of their ranges."""
         scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
@@ -235,11 +236,7 @@ class Search:
         ]
 
     def _coarse(
-        self,
-        fitted: FittedModel,
-        of: ResidualSubspace,
-        without: frozenset[str | Candidate],
-        held: bool = False,
+        self, fitted: FittedModel, of: ResidualSubspace, without: LeftOut, held: bool = False
     ) -> list[ScoredCandidate]:
         """Each candidate at the best point of its grid, a delay as fitted, and the strongest
         vibration; once a model: criteria that count other samples ask again."""
