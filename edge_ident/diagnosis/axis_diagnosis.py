@@ -40,6 +40,7 @@ from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.shown_in import with_sources
 from edge_ident.diagnosis.validation import Judged
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.diagnosis.wider_band import WIDENING, is_open, settles, shows_more
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
@@ -47,7 +48,6 @@ from edge_ident.model.model import AxisModel, Term
 from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
-Diagnosed = tuple[AxisDiagnosis, Validation | None]
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class AxisProblem:
         return prepare_axis(recordings, self.name, timed=not delayed(axis), widening=self.widening)
 
 
-def diagnose_axis(problem: AxisProblem) -> Diagnosed:
+def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """Diagnose one axis; where nothing is named, and a wider band shows more, once more there.
 
     Raises
@@ -99,17 +99,30 @@ def diagnose_axis(problem: AxisProblem) -> Diagnosed:
         Hardly any sample shows the axis in motion.
     """
     found = _in_band(problem)
-    if not is_open(found[0]):
-        return found
+    again = _in_wider_band(problem) if is_open(found.axis, found.verdict) else None
+    if again is not None and settles(again.axis, found.axis, found.verdict):
+        found = again
+    return found.axis, found.validation
+
+
+def _in_wider_band(problem: AxisProblem) -> "_Found | None":
+    """The same in a wider band, unless the base model leaves no more than noise there."""
     wider = replace(problem, widening=WIDENING)
     try:
         data = wider.data
     except DataError:  # a wider filter resolves more reversals, and fewer samples lie between
-        return found
-    if not shows_more(data, problem.data, fitted_base(data, problem.template)):
-        return found
-    again = _in_band(wider)
-    return again if settles(again[0], found[0]) else found
+        return None
+    base = fitted_base(data, problem.template)
+    return _in_band(wider) if shows_more(data, problem.data, base) else None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A diagnosis of an axis, what another recording says, and the verdict on the band alone."""
+
+    axis: AxisDiagnosis
+    validation: Validation | None
+    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -124,7 +137,7 @@ class _Outcome:
     carried: Judged
 
 
-def _in_band(problem: AxisProblem) -> Diagnosed:
+def _in_band(problem: AxisProblem) -> _Found:
     recordings, name, template = problem.recordings, problem.name, problem.template
     data, tolerance = problem.data, problem.rules.tolerance
     content = above_band(recordings, name, data)
@@ -153,7 +166,8 @@ def _in_band(problem: AxisProblem) -> Diagnosed:
         carried = judge_elsewhere(data, other, start, carried.supported, tolerance)
     base = start if start.template is template else fitted_base(data, template)
     result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)
-    return with_band_content(result, content, template, tolerance), carried.validation
+    result_everywhere = with_band_content(result, content, template, tolerance)
+    return _Found(result_everywhere, carried.validation, result.verdict)
 
 
 def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, ...]) -> AxisSearch:

@@ -26,11 +26,18 @@ _WORTH: Final = 1.2
 """Least factor that pays: the sampling rate and the length of a recording limit it."""
 
 
-def is_open(found: AxisDiagnosis) -> bool:
+def is_open(found: AxisDiagnosis, in_band: Verdict) -> bool:
     """Whether a diagnosis names nothing, though the recordings allow it, and a wider band could
-    change that."""
+    change that.
+
+    Parameters
+    ----------
+    found : AxisDiagnosis
+    in_band : Verdict
+        Without what lies above the band.
+    """
     allowed = not any(finding.blocks for finding in found.findings)
-    clueless = found.verdict is Verdict.UNEXPLAINED and not found.suspected
+    clueless = in_band is Verdict.UNEXPLAINED and not found.suspected
     return allowed and not found.causes and not clueless
 
 
@@ -42,10 +49,18 @@ def shows_more(data: AxisData, usual: AxisData, base: FittedModel) -> bool:
     return wide_hz >= _WORTH * usual_hz and leaves_structure(data, base, base, tolerance=0.0)
 
 
-def settles(again: AxisDiagnosis, found: AxisDiagnosis) -> bool:
-    """Whether the diagnosis in the wider band is that of the axis, and not the first one."""
+def settles(again: AxisDiagnosis, found: AxisDiagnosis, in_band: Verdict) -> bool:
+    """Whether the diagnosis in the wider band is that of the axis, and not the first one.
+
+    Parameters
+    ----------
+    again, found : AxisDiagnosis
+        In the wider band, and in the usual one.
+    in_band : Verdict
+        In the usual one, without what lies above it.
+    """
     causes = {cause.term.effect for cause in again.causes}
     suspected = {cause.term.effect for cause in found.suspected}
     if again.verdict is not Verdict.EXPLAINED or any(named(c).tied_to_time for c in causes):
         return False
-    return found.verdict is Verdict.ADEQUATE or causes <= suspected
+    return in_band is Verdict.ADEQUATE or causes <= suspected
