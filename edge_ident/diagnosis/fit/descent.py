@@ -102,14 +102,19 @@ class _Space:
 
     @classmethod
     def of(cls, subspace: ResidualSubspace, starts: Sequence[ScoredCandidate], grid: Grid) -> Self:
-        """Limits are those of the effect; open ones lie a few times beyond the grid."""
+        """Limits are those of the effect; open ones lie a few times beyond the grid.
+
+        A parameter is measured by its value. One that may be zero is at least a tenth of the range;
+        a rate never is, and of a slow resonance that would be many times the width.
+        """
         candidate = starts[0].candidate
         names = candidate.form.nonlinear
         values = np.array([[s.term.nonlinear[name] for name in names] for s in starts])
         largest = _BEYOND * np.array([float(np.max(np.abs(grid[name]))) for name in names])
         low, high = np.array([named(candidate.effect).bounds[name] for name in names]).T
         low, high = np.maximum(low, -largest), np.minimum(high, np.maximum(largest, low + _TINY))
-        scale = np.maximum(np.maximum(np.abs(values), 0.1 * largest), _TINY)
+        least = np.where(low > 0.0, 0.0, 0.1 * largest)
+        scale = np.maximum(np.maximum(np.abs(values), least), _TINY)
         begin = np.clip(values, low, high) / scale
         return cls(subspace, candidate, begin, scale, low / scale, high / scale)
 

@@ -23,6 +23,7 @@ TRUE = {
 }
 """A soft compliance. The offset of the base model takes its weight: any value is right."""
 WRONG = {"damping_ratio": 0.4, "deceleration": 0.5, "damping_rate": 0.6, "weight": 0.05}
+NO_WEIGHT = {"weight": 0.0}
 RATES = (8.0, 18.0, 35.0, 60.0)
 
 
@@ -67,6 +68,24 @@ def test_starts_on_both_sides_reach_the_truth(springy: Springy) -> None:
         assert found["damping_ratio"] == pytest.approx(TRUE["damping_ratio"], rel=0.05)
         assert found["deceleration"] == pytest.approx(TRUE["deceleration"], rel=0.05)
         assert end.term.linear["load_inertia"] == pytest.approx(0.4, rel=0.02)
+
+
+@pytest.mark.parametrize("rate", [3.8, 4.4])
+def test_a_slow_resonance_is_found_in_a_wide_range(rate: float) -> None:
+    """A liquid that sloshes at 4 rad/s: a step of the range's would be wider than the resonance."""
+    true = {"rate": 4.0, "damping_ratio": 0.05, "deceleration": 0.0, "damping_rate": 0.0}
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
+    compliance = next(c for c in candidates(data, False) if c.effect == "coupling_compliance")
+    (row,) = regressors(data, fitted_base(data, TEMPLATE).axis, compliance, true | NO_WEIGHT)[0]
+    data = replace(data, effort=data.effort + 0.4 * row, cache={})
+    subspace = ResidualSubspace.of(data, fitted_base(data, TEMPLATE))
+    values = {"rate": rate, "damping_ratio": 0.1, "deceleration": 0.3, "damping_rate": 0.3}
+    at = {name: np.array([value]) for name, value in (values | NO_WEIGHT).items()}
+    grid = at | {"rate": np.array([200.0])}
+    (end,) = descended(subspace, (subspace.score(compliance, at, grid),), grid)
+    assert end.term.nonlinear["rate"] == pytest.approx(4.0, rel=0.01)
+    assert end.term.linear["load_inertia"] == pytest.approx(0.4, rel=0.02)
 
 
 def test_what_changes_nothing_stays(springy: Springy) -> None:
