@@ -5,7 +5,8 @@ that is wound, the force constant of a motor, friction that differs from place t
 motion each looks like the effect of the catalogue with the same period or the same course in time,
 and the catalogue would name that. Here each takes the cause's place. Where one describes the effort
 decisively better, the cause is none; nor is a change at one moment that a law with fewer parameters
-describes as well.
+describes as well. Nor is a limit of the actuator one where the force goes on growing with the
+commands above it: what it ignores is read from the record.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
-from edge_ident.diagnosis.fit.fitting import FittedModel, bounds
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, bounds
 from edge_ident.diagnosis.fit.recorded_effort import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
@@ -125,6 +126,7 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
 }
 """But for friction that follows the load, none has more parameters than an effect that changes
 likewise."""
+_OBEYED: Final = "the force of the drive goes on growing with the commands above the limit"
 
 
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
@@ -146,30 +148,49 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     doubts = {}
     for k, term in enumerate(model.terms):
         laws = _LAWS.get(term.candidate.form.changes, {})
-        if not laws:
-            continue
-        rest = search.fit(model.base, model.without(k))
-        of_cause = search.criterion.misfit(model.error)
-        load = _without_friction(model.axis_without([k]))
-        along_it = [
-            (s, replace(s.motion, transmitted=along(s, load)), along(s, rest.axis))
-            for s in search.data.segments
-        ]
-        found = {}
-        for name, law in laws.items():
-            parts = [s.filter(law(motion, effort, term.values)) for s, motion, effort in along_it]
-            found[name] = _tried(search, rest, np.hstack(parts).T)
-        better = {
-            name: misfit
-            for name, (misfit, parameters) in found.items()
-            if of_cause - misfit > _needed(parameters, term.candidate.form)
-        }
-        if better:
-            best = min(better, key=lambda name: better[name])
-            decisive = of_cause - better[best] > DECISIVE.value
-            how = "better" if decisive else "as well, with fewer parameters"
-            doubts[k] = f"{best} describes the effort {how}"
+        if laws and (reason := _better(search, model, k, laws) or _obeyed(search, model, term)):
+            doubts[k] = reason
     return doubts
+
+
+def _better(search: Search, model: FittedModel, place: int, laws: Mapping[str, Law]) -> str:
+    """Which law is better than a term, and how; nothing where none is."""
+    term = model.terms[place]
+    rest = search.fit(model.base, model.without(place))
+    of_cause = search.criterion.misfit(model.error)
+    load = _without_friction(model.axis_without([place]))
+    along_it = [
+        (s, replace(s.motion, transmitted=along(s, load)), along(s, rest.axis))
+        for s in search.data.segments
+    ]
+    found = {}
+    for name, law in laws.items():
+        parts = [s.filter(law(motion, effort, term.values)) for s, motion, effort in along_it]
+        found[name] = _tried(search, rest, np.hstack(parts).T)
+    better = {
+        name: misfit
+        for name, (misfit, parameters) in found.items()
+        if of_cause - misfit > _needed(parameters, term.candidate.form)
+    }
+    if not better:
+        return ""
+    best = min(better, key=lambda name: better[name])
+    decisive = of_cause - better[best] > DECISIVE.value
+    how = "better" if decisive else "as well, with fewer parameters"
+    return f"{best} describes the effort {how}"
+
+
+def _obeyed(search: Search, model: FittedModel, term: FittedTerm) -> str:
+    """Reason against a limit above which an actuator's force goes on growing with the command,
+    wherever the limit is; nothing where it does not."""
+    effect = named(term.candidate.effect)
+    if not effect.overrides("withheld") or term.candidate.form.linear:
+        return ""
+    withheld = [(s, effect.withheld(s.raw_effort, term.values)) for s in search.data.segments]
+    parts = [s.sampled(np.stack([np.sign(above), above])) for s, above in withheld]
+    columns = np.hstack(parts).T
+    another_limit, growing = (_tried(search, model, columns[:, :k])[0] for k in (1, 2))
+    return _OBEYED if another_limit - growing > 2.0 * DECISIVE.value else ""
 
 
 def _needed(parameters: int, form: Form) -> float:
