@@ -95,13 +95,11 @@ def recordings_of(cause: Cause, axis: AxisDiagnosis) -> str:
 def _verdict(axis: AxisDiagnosis) -> str:
     floor = f"noise alone leaves {percent(axis.noise_floor)}"
     before, left = percent(axis.base.fitted), percent(axis.extended.fitted)
+    beside = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.minor_in_model))
+    falls = f"with {beside} the residual falls from {before} to {left} of the effort; {floor}"
     if axis.verdict is Verdict.ADEQUATE:
-        if beside := axis.minor_in_model:
-            what = listed(dict.fromkeys(spoken(cause.term.effect) for cause in beside))
-            return (
-                f"adequate but for what is minor: with {what} the residual falls from {before} to "
-                f"{left} of the effort; {floor}"
-            )
+        if beside:
+            return f"adequate but for what is minor: {falls}"
         return f"the base model is adequate: its residual is {left} of the effort; {floor}"
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
     if axis.verdict is Verdict.EXPLAINED:
@@ -116,6 +114,8 @@ def _verdict(axis: AxisDiagnosis) -> str:
                 "not what is left of the other recording"
             )
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
+    if beside and not found:
+        return f"{none} beside what is minor: {falls}"
     what = f"{found} found, but a residual of" if found else f"{none}, and"
     return f"{what} {left} of the effort is left; {floor}"
 

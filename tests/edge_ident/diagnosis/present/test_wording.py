@@ -1,11 +1,13 @@
-"""What a diagnosis says of the shift between effort and motion, and of what a plan can show."""
+"""What a diagnosis says of the shift between effort and motion, of what is minor, and of what a
+plan can show."""
 
 from dataclasses import replace
 
 import pytest
 
-from edge_ident.diagnosis.present.wording import can_be_planned, timing_sentence
+from edge_ident.diagnosis.present.wording import can_be_planned, timing_sentence, verdict_sentence
 from edge_ident.diagnosis.result import NotTestable
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.timing import EVEN_SHIFT, NO_SHIFT, Timing
 from tests.edge_ident.diagnosis import hand_made
 
@@ -22,6 +24,17 @@ from tests.edge_ident.diagnosis import hand_made
 )
 def test_the_shift_is_said_in_words(timing: Timing, said: str) -> None:
     assert said in timing_sentence(timing)
+
+
+def test_what_is_left_of_an_unexplained_axis_is_left_beside_what_is_minor() -> None:
+    """A chain as stiff as a sound drive's, and something else."""
+    axis = hand_made.axis(Verdict.UNEXPLAINED, hand_made.ripple())
+    axis = replace(axis, minor=axis.causes, causes=(), noise_floor=0.002)
+    said = verdict_sentence(axis)
+    assert said.startswith(
+        "unexplained: no known effect fits beside what is minor: with torque ripple the residual "
+        "falls from "
+    )
 
 
 @pytest.mark.parametrize(
