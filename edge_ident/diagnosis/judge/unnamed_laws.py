@@ -182,14 +182,15 @@ def _better(search: Search, model: FittedModel, place: int, laws: Mapping[str, L
 
 def _obeyed(search: Search, model: FittedModel, term: FittedTerm) -> str:
     """Reason against a limit above which an actuator's force goes on growing with the command,
-    wherever the limit is; nothing where it does not."""
+    wherever the limit is, by more than the formula may be off; nothing where it does not."""
     effect = named(term.candidate.effect)
     if not effect.overrides("withheld") or term.candidate.form.linear:
         return ""
     withheld = [(s, effect.withheld(s.raw_effort, term.values)) for s in search.data.segments]
     parts = [s.sampled(np.stack([np.sign(above), above])) for s, above in withheld]
     columns = np.hstack(parts).T
-    another_limit, growing = (_tried(search, model, columns[:, :k])[0] for k in (1, 2))
+    off = search.criterion.discrepancy(model)
+    another_limit, growing = (_tried(search, model, columns[:, :k], off)[0] for k in (1, 2))
     return _OBEYED if another_limit - growing > 2.0 * DECISIVE.value else ""
 
 
@@ -202,9 +203,12 @@ def _needed(parameters: int, form: Form) -> float:
     return DECISIVE.value * (1 + max(more, 0))
 
 
-def _tried(search: Search, rest: FittedModel, columns: Array) -> tuple[float, int]:
+def _tried(
+    search: Search, rest: FittedModel, columns: Array, off: float = 0.0
+) -> tuple[float, int]:
     """What the sum of squares costs that a law of these columns (n, k) leaves beside the other
-    terms, which keep their bounds; and the number k of the law's parameters."""
+    terms, which keep their bounds, and by which formulas may be `off`; and the number k of the
+    law's parameters."""
     data = search.data
     changes = np.hstack([rest.derivatives, columns])[data.valid]
     free = np.full(columns.shape[1], np.inf)
@@ -213,7 +217,7 @@ def _tried(search: Search, rest: FittedModel, columns: Array) -> tuple[float, in
     residual = (data.effort - rest.predicted)[data.valid]
     step = solve_within(changes, residual, low, high).solution
     error = float(np.sum((residual - changes @ step) ** 2))
-    return search.criterion.misfit(error), columns.shape[1]
+    return search.criterion.misfit(error + off), columns.shape[1]
 
 
 def _without_friction(axis: AxisModel) -> AxisModel:

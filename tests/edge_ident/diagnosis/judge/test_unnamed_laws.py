@@ -117,7 +117,7 @@ def test_a_motor_that_saturates_is_no_loss_of_a_transmission() -> None:
 
 
 def test_a_motor_that_saturates_is_no_limit() -> None:
-    wound_up = np.where(np.abs(NEEDED) > 0.97 * MOST, 1.3 * MOST * np.sign(NEEDED), NEEDED)
+    wound_up = np.where(np.abs(NEEDED) > 0.97 * MOST, 1.3 * NEEDED, NEEDED)
     assert not doubt(wound_up, "actuator_saturation", LIMIT, limit=MOST)
     reason = doubt(SATURATING, "actuator_saturation", LIMIT, limit=MOST)
     assert reason.startswith("a motor whose force saturates")
