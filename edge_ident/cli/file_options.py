@@ -91,7 +91,7 @@ class FileOptions:
             "--axis",
             metavar="NAME",
             help="Axis to read, may be repeated; default: all that move. One that stands still "
-            "although its reference moves, or has none, is refused.",
+            "although its reference moves is refused.",
         ),
     ] = None
 
@@ -130,9 +130,8 @@ class FileOptions:
         for line in found.assumptions:
             say(f"{file.name}: {line}")
         recording = found.recording()
-        for name in [] if self.axis else _axes_of(found):
-            if name not in recording.positions:
-                say(f"{file.name}: axis {name} was commanded to rest, and is left out")
+        for line in report.resting_lines(found, recording) if recording.passive else ():
+            say(line)
         return recording
 
     def doubt(self, found: "edge_ident.Inspection") -> str:
@@ -154,12 +153,6 @@ class RecordingOptions(FileOptions):
     def load(self) -> "edge_ident.Recording":
         """Read and check the recording."""
         return self.read(self.file)
-
-
-def _axes_of(found: "edge_ident.Inspection") -> list[str]:
-    """The axes of a file."""
-    targets = [use.target or "" for use in found.columns]
-    return [name for name, sign, _ in (t.rpartition("_position_") for t in targets) if sign]
 
 
 def _pairs(given: list[str] | None, option: str, what: str) -> dict[str, str]:

@@ -41,7 +41,7 @@ def import_file(
     made = found.recording()
     if target is not None:
         edge_ident.save_recording(made, target)
-    for line in report.scale_lines(made):
+    for line in (*report.resting_lines(found, made), *report.scale_lines(made)):
         say(line)
     if json:
         print_document(report.import_document(found, made, target))

@@ -30,6 +30,7 @@ def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple
         else finding
         for recording in recordings
         for name in axes
+        if name in recording.axes
         for finding in _of_axis(recording, name)
     ]
     return tuple(dict.fromkeys(found))

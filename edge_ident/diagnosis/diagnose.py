@@ -21,6 +21,7 @@ from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.recording import Recording, chosen_axes
+from edge_ident.support.words import listed
 
 Progress = Callable[[str, int, int], None]
 Array = NDArray[np.float64]
@@ -42,8 +43,8 @@ def diagnose(
     Parameters
     ----------
     recordings : sequence of Recording
-        All have the same axes; they are fitted together. Where one goes on from the first
-        (`Recording.begin_s`), so does what changes with time.
+        All have the same axes, and each is fitted to those in which it is driven. Where one goes on
+        from the first (`Recording.begin_s`), so does what changes with time.
     model : Model, optional
         Effects that the machine is known to have.
     validate : Recording, optional
@@ -79,12 +80,9 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    if not recordings:
-        raise DataError("there is no recording to diagnose", "give at least one")
-    names = chosen_axes(recordings[0].source, recordings[0].axes, only)
     if not 0.0 <= tolerance < math.inf:
         raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
-    check_pooled([*recordings, *([validate] if validate else [])])
+    names = _axes_to_diagnose(recordings, validate, only)
     begin_s = recordings[0].begin_s
     recordings = [
         with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
@@ -95,18 +93,36 @@ def diagnose(
     for done, name in enumerate(names):
         searching = partial(on_progress, "diagnosis", done, len(names))
         searching()
-        template = _template(recordings[0], name, model)
         told = partial(_told, on_progress, name, searching)
-        parts, said = in_parts(recordings, name)
-        others, also_said = in_parts(validates, name)
+        parts, places, said = in_parts(recordings, name)
+        others, _, also_said = in_parts(validates, name)
+        template = _template(parts[0], name, model)
         found, validation = diagnose_axis(AxisProblem(parts, name, template, others, rules, told))
-        axes[name] = replace(found, findings=(*said, *also_said, *found.findings))
+        given = replace(found.traces, recording=np.array(places)[found.traces.file])
+        axes[name] = replace(found, findings=(*said, *also_said, *found.findings), traces=given)
         if validation is not None:
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
     diagnosis = Diagnosis(axes, data_findings([*recordings, *validates], axes), validations)
     return with_motion_errors(diagnosis, recordings)
+
+
+def _axes_to_diagnose(
+    recordings: Sequence[Recording], validate: Recording | None, only: Collection[str]
+) -> list[str]:
+    """Names of the axes that a drive moves in a recording, once all recordings are checked."""
+    if not recordings:
+        raise DataError("there is no recording to diagnose", "give at least one")
+    driven = dict.fromkeys(name for recording in recordings for name in recording.axes)
+    names = chosen_axes(recordings[0].source, driven, only)
+    check_pooled([*recordings, *([validate] if validate else [])])
+    if validate and not any(name in validate.axes for name in names):
+        raise DataError(
+            f"{validate.source} tests nothing: no drive moves axis {listed(names)} in it",
+            "give a recording in which an axis of the diagnosis moves",
+        )
+    return names
 
 
 def _told(on_progress: Progress, name: str, searching: Callable[[], None], done: int) -> None:

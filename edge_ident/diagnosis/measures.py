@@ -52,7 +52,9 @@ class Traces:
     valid : (N,) array of bool
         False where encoder quantization aliases into the band; those samples do not count.
     file : (N,) array of int
-        Number of the recording.
+        Number of the recording, or of the part of one.
+    recording : (N,) array of int
+        Place of the recording among those given, the same for all axes.
     """
 
     time_s: Array
@@ -66,6 +68,7 @@ class Traces:
     since_reversal: Array
     valid: NDArray[np.bool_]
     file: NDArray[np.intp]
+    recording: NDArray[np.intp]
 
     @property
     def several(self) -> bool:

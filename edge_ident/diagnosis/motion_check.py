@@ -29,7 +29,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, base_axis
 from edge_ident.signals.filters import differentiate
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import Recording, driven_in
 from edge_ident.signals.resampling import EvenGrid
 from edge_ident.simulation.machine import Machine
 
@@ -51,14 +51,17 @@ def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) ->
     """Add the errors in simulated motion of both models to a diagnosis.
 
     They stay None where a model cannot be simulated: its parameters are not physical, the
-    simulation runs away, or its effects are so fast that it takes long.
+    simulation runs away, its effects are so fast that it takes long, or no recording has all axes.
 
     Parameters
     ----------
     diagnosis : Diagnosis
     recordings : sequence of Recording
-        Those of the diagnosis.
+        Those of the diagnosis; only those with all its axes tell.
     """
+    recordings = driven_in(recordings, diagnosis.axes)
+    if not recordings:
+        return diagnosis
     base = {
         name: base_axis(axis.base.estimate, *axis.model.units)
         for name, axis in diagnosis.axes.items()

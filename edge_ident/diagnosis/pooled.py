@@ -26,14 +26,15 @@ def check_pooled(recordings: Sequence[Recording]) -> None:
 
 
 def _check_pair(one: Recording, other: Recording) -> None:
-    if set(other.axes) != set(one.axes) or set(other.passive) != set(one.passive):
+    if set(other.positions) != set(one.positions):
         raise DataError(
             f"{other.source} has axes {', '.join(other.positions)}, {one.source} has "
             f"{', '.join(one.positions)}",
             "give recordings of the same machine, or rename columns with --column",
         )
-    for name, axis in one.axes.items():
-        units, others = axis.units, other.axes[name].units
+    shared = {n: (axis, other.axes[n]) for n, axis in one.axes.items() if n in other.axes}
+    for name, (axis, there) in shared.items():
+        units, others = axis.units, there.units
         if units != others:
             raise DataError(
                 f"axis {name} is in {listed(units)} in {one.source}, and in {listed(others)} in "
@@ -41,7 +42,7 @@ def _check_pair(one: Recording, other: Recording) -> None:
                 "convert one of them: edge-ident import, with --unit, --resolution or "
                 "--torque-constant",
             )
-    if all(np.array_equal(axis.effort, other.axes[name].effort) for name, axis in one.axes.items()):
+    if shared and all(np.array_equal(a.effort, b.effort) for a, b in shared.values()):
         raise DataError(
             f"{one.source} and {other.source} hold the same recording",
             "give it once: a copy shows nothing new, and would make the intervals too narrow",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         import_document,
         inspection_lines,
         recording_lines,
+        resting_lines,
         scale_lines,
     )
     from edge_ident.report.output import save_figure, show
@@ -78,6 +79,7 @@ __all__ = [
     "recording_lines",
     "register_lines",
     "registers_document",
+    "resting_lines",
     "run_document",
     "save_figure",
     "save_waterfall",
@@ -126,6 +128,7 @@ __getattr__ = lazy_names(
         "recording_lines": "edge_ident.report.import_report",
         "register_lines": "edge_ident.report.register_tables",
         "registers_document": "edge_ident.report.register_tables",
+        "resting_lines": "edge_ident.report.import_report",
         "run_document": "edge_ident.report.run_documents",
         "save_figure": "edge_ident.report.output",
         "save_waterfall": "edge_ident.report.waterfall",

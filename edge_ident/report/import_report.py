@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.signals.contract_columns import EFFORTS, parse_name
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import Inspection
 from edge_ident.signals.resampling import EvenGrid
@@ -85,6 +86,17 @@ def recording_lines(recording: Recording) -> Iterator[str]:
         ):
             ends = f"{np.min(values):.4g} to {np.max(values):.4g} {unit}"
             yield f"{name} {what:8}  {sparkline(values)}  {ends}"
+
+
+def resting_lines(found: Inspection, recording: Recording) -> Iterator[str]:
+    """The axes of a file that rest in its recording, although they have an effort."""
+    parsed = filter(None, (parse_name(use.target or "") for use in found.columns))
+    for name in (axis for axis, quantity, _ in parsed if quantity in EFFORTS):
+        if name in recording.passive:
+            yield (
+                f"{recording.source}: axis {name} rests, and is not identified from this file; if "
+                "it should have moved, check its encoder and that its drive was enabled"
+            )
 
 
 def scale_lines(recording: Recording) -> Iterator[str]:

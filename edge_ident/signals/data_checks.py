@@ -18,16 +18,13 @@ from edge_ident.signals.array_checks import (
 )
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.contract_columns import TIME
-from edge_ident.signals.encoder import position_noise
 from edge_ident.signals.metrics import quantile
-from edge_ident.signals.moved_axes import MINIMUM_COUNTS, moves
+from edge_ident.signals.moved_axes import MINIMUM_COUNTS, moves, only_noise
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.time_units import TIME_WORDS, likely_unit
 
 Array = NDArray[np.float64]
 
-_MINIMUM_NOISES: Final = 20.0
-"""Travel, in standard deviations of white position noise, below which there is no motion."""
 _STUCK_SHARE: Final = 0.25
 """Share of a record that may pass without a count while the drive is told to move."""
 _SLOWEST_S: Final = 1.0
@@ -151,7 +148,7 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
                 + _without(recording, name),
             )
         driver = axis.effort if axis.reference is None else axis.reference
-        if np.ptp(position) < _MINIMUM_NOISES * position_noise(position):
+        if only_noise(position):
             raise DataError(
                 f"{where}: only noise, {np.ptp(position):.3g} {axis.position_unit} in all",
                 "check the sensor and that the drive was enabled",

@@ -1,6 +1,6 @@
 """What a drive did: position and effort over time, per axis."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -166,6 +166,11 @@ class Recording:
     @property
     def _every(self) -> Mapping[str, AxisRecord | PassiveAxis]:
         return {**self.axes, **self.passive}
+
+
+def driven_in(recordings: Iterable[Recording], names: Collection[str]) -> list[Recording]:
+    """Those recordings in which all axes of these names are driven."""
+    return [each for each in recordings if all(name in each.axes for name in names)]
 
 
 def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:

@@ -20,7 +20,7 @@ from edge_ident.signals.array_checks import check_form
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
 from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
 from edge_ident.signals.data_checks import check_motions, check_table
-from edge_ident.signals.moved_axes import without_resting
+from edge_ident.signals.moved_axes import resting_as_passive
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
 from edge_ident.support.atomic_files import atomic_write
@@ -115,7 +115,7 @@ class Inspection:
     def recording(self) -> Recording:
         """Convert the columns to the contract's units, and check them.
 
-        Axes that were commanded to rest, and did, are left out, unless an option names the axes.
+        Axes at rest are passive, unless an option names the axes.
 
         Raises
         ------
@@ -133,7 +133,7 @@ class Inspection:
         times = [(use.heading, use.unit.factor) for use in self.columns if use.target == TIME]
         check_table(self.source, columns, self._first_row, held, next(iter(times), None))
         recording = recording_of(self.source, columns, self._effort_shift_s, held)
-        recording = recording if self._axes else without_resting(recording)
+        recording = recording if self._axes else resting_as_passive(recording)
         check_motions(recording, self._first_row)
         return recording
 

@@ -70,6 +70,7 @@ def traces(
         since_reversal=data.since_reversal,
         valid=data.valid,
         file=data.recording,
+        recording=data.recording,
     )
 
 

@@ -130,8 +130,10 @@ class AxisData:
 
     @property
     def carriers(self) -> frozenset[str]:
-        """Axes that every recording lists earlier: joints are listed from the base outwards."""
-        return frozenset.intersection(*(s.earlier for s in self.segments))
+        """Axes that a recording lists earlier and none later: joints are listed from the base
+        outwards."""
+        earlier, later = zip(*(s.listed for s in self.segments), strict=True)
+        return frozenset().union(*earlier).difference(*later)
 
     def sources(self, form: Form) -> tuple[str | None, ...]:
         """Other axes that may take part in a form, alone or as a sum; None where it needs none."""

@@ -44,14 +44,19 @@ def as_diagnosed(recordings: Sequence[Recording], name: str) -> list[Recording]:
     return in_parts([with_mended_stamps(each) for each in recordings], name)[0]
 
 
-def in_parts(recordings: Sequence[Recording], name: str) -> tuple[list[Recording], list[Finding]]:
-    """Recordings, those in parts that are too long for the motion of an axis; and which are."""
-    parts, findings = [], []
-    for recording in recordings:
-        taken = _parts(recording, name)
-        parts += taken
-        findings += _findings(recording, taken)
-    return parts, findings
+def in_parts(
+    recordings: Sequence[Recording], name: str
+) -> tuple[list[Recording], list[int], list[Finding]]:
+    """Recordings in which an axis is driven, in parts where one is too long for its motion; the
+    place of each among all recordings; and which are in parts."""
+    parts, places, findings = [], [], []
+    for place, recording in enumerate(recordings):
+        if name in recording.axes:
+            taken = _parts(recording, name)
+            parts += taken
+            places += [place] * len(taken)
+            findings += _findings(recording, taken)
+    return parts, places, findings
 
 
 def _parts(recording: Recording, name: str) -> list[Recording]:

@@ -142,7 +142,7 @@ def _segment(recording: Recording, name: str, clock: int, widening: float) -> Se
     return Segment(
         motion=motions[name],
         others=_others(motions, motions, replicas, name),
-        earlier=frozenset(takewhile(lambda axis: axis != name, recording.axes)),
+        listed=_listed(recording, name),
         noise_replica=(replicas[name], _others(replicas, motions, replicas, name)),
         motion_hz=motion_hz,
         raw_effort=raw.effort,
@@ -167,6 +167,12 @@ def _segment(recording: Recording, name: str, clock: int, widening: float) -> Se
         effort_noise=float(np.sqrt(density * band.cutoff_hz)),
         filter=filter_at(sample_index, known, band, period_s),
     )
+
+
+def _listed(recording: Recording, name: str) -> tuple[frozenset[str], frozenset[str]]:
+    """Axes with a drive that a recording lists before and after this one."""
+    earlier = frozenset(takewhile(lambda axis: axis != name, recording.axes))
+    return earlier, frozenset(recording.axes) - earlier - {name}
 
 
 def _band(

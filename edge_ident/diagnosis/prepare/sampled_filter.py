@@ -59,15 +59,16 @@ class SampledFilter:
             What the record is multiplied by before.
         """
         step = max(int(np.gcd.reduce(np.diff(sample_index))), 1)
-        places = (sample_index - sample_index[0]) // step
+        first = int(np.min(sample_index, initial=len(weight) - 1))
+        places = (sample_index - first) // step
         frame, reach = _TOGETHER * step, len(response) // 2
         parts = -(-(len(response) + frame - step) // frame)
         stacked = np.zeros((parts * frame, _TOGETHER))
         for k, column in enumerate(stacked.T):
             column[k * step : k * step + len(response)] = response
-        begin = int(sample_index[0]) - reach
+        begin = first - reach
         needed = len(weight) + reach - begin
-        frames = max(-(-needed // frame), int(places[-1]) // _TOGETHER + parts)
+        frames = max(-(-needed // frame), int(np.max(places, initial=0)) // _TOGETHER + parts)
         matrix = stacked.reshape(parts, frame, -1).swapaxes(0, 1).copy()
         return cls(weight, reach, begin, frames, matrix, places)
 

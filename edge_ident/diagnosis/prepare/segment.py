@@ -36,8 +36,8 @@ class Segment:
     motion : Motion
         Smooth, (N,), time from where the first recording begins; wider than the comparison.
     others : mapping of axis name to Motion
-    earlier : frozenset of str
-        Axes that the recording lists before this one.
+    listed : pair of frozenset of str
+        Axes with a drive that the recording lists before this one, and after it.
     noise_replica : tuple of Motion and mapping
         The same two with the encoder noise added a second time.
     motion_hz : float
@@ -80,7 +80,7 @@ class Segment:
 
     motion: Motion
     others: Mapping[str, Motion]
-    earlier: frozenset[str]
+    listed: tuple[frozenset[str], frozenset[str]]
     noise_replica: tuple[Motion, Mapping[str, Motion]]
     motion_hz: float
     raw_effort: Array

@@ -71,10 +71,11 @@ def groups(name: str, diagnosed: Mapping[str, AxisDiagnosis]) -> dict[str, NDArr
 
 
 def acceleration_at(traces: Traces, other: Traces) -> Array:
-    """Acceleration (N,) of another axis at this axis's times, recording by recording."""
-    found = np.empty_like(traces.time_s)
-    for number in np.unique(traces.file):
-        here, there = traces.file == number, other.file == number
+    """Acceleration (N,) of another axis at this axis's times, recording by recording; 0 where it
+    rests."""
+    found = np.zeros_like(traces.time_s)
+    for number in np.intersect1d(traces.recording, other.recording):
+        here, there = traces.recording == number, other.recording == number
         found[here] = np.interp(traces.time_s[here], other.time_s[there], other.acceleration[there])
     return found
 

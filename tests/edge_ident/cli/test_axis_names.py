@@ -141,22 +141,31 @@ def resting(both: edge_ident.Recording, path: Path, *, reference: bool) -> Path:
     return path
 
 
-def test_an_axis_that_was_commanded_to_rest_is_left_out(
-    both: edge_ident.Recording, tmp_path: Path
+@pytest.mark.parametrize("reference", [True, False])
+def test_an_axis_at_rest_is_not_identified_and_the_other_one_is(
+    both: edge_ident.Recording, tmp_path: Path, *, reference: bool
 ) -> None:
-    file = resting(both, tmp_path / "rest.csv", reference=True)
+    """Without a reference it may be stuck: the sentence says what to check."""
+    file = resting(both, tmp_path / "rest.csv", reference=reference)
     done = run("identify", file)
     assert done.exit_code == 0
-    assert "rest.csv: axis joint2 was commanded to rest, and is left out" in done.stderr
+    said = " ".join(done.stderr.split())
+    assert "rest.csv: axis joint2 rests, and is not identified" in said
+    assert "check its encoder" in said
     assert "joint2" not in done.stdout
     assert run("identify", file, "--axis", "joint2").exit_code == 5
-    assert list(edge_ident.load_recording(file).axes) == ["joint1"]
+    read = edge_ident.load_recording(file)
+    assert (list(read.axes), list(read.passive)) == (["joint1"], ["joint2"])
 
 
-def test_an_axis_that_may_be_stuck_is_refused_with_the_option_that_leaves_it_out(
+def test_an_axis_that_was_told_to_move_and_did_not_is_refused(
     both: edge_ident.Recording, tmp_path: Path
 ) -> None:
-    file = resting(both, tmp_path / "still.csv", reference=False)
+    axis = both.axes["z"]
+    still = np.full_like(axis.position, 0.3)
+    stuck = replace(axis, position=still, reference=axis.position, velocity=None)
+    file = tmp_path / "stuck.csv"
+    edge_ident.save_recording(replace(both, axes={"joint1": both.axes["x"], "joint2": stuck}), file)
     done = run("identify", file)
     assert done.exit_code == 5
     assert "leave this axis out: --axis joint1" in " ".join(done.stderr.split())

@@ -63,6 +63,7 @@ def traces(axis: AxisModel, samples: int = 4000, noise: float = 0.02) -> Traces:
         since_reversal=travelled - travelled[last],
         valid=np.abs(velocity) > 0.15,
         file=np.zeros(samples, dtype=np.intp),
+        recording=np.zeros(samples, dtype=np.intp),
     )
 
 

@@ -88,15 +88,13 @@ def test_an_axis_that_stands_still_or_is_damaged_can_be_left_out(tmp_path: Path)
     assert list(document["axes"]) == ["x"]
 
 
-def test_an_axis_without_motion_is_refused_with_what_leaves_it_out(tmp_path: Path) -> None:
+def test_a_recording_in_which_nothing_moves_is_refused(tmp_path: Path) -> None:
     columns, path = sound(), tmp_path / "machine.csv"
-    moved = edge_ident.AxisRecord(columns.position, columns.effort, "rad", "N*m")
     still = edge_ident.AxisRecord(np.zeros_like(columns.position), columns.effort, "rad", "N*m")
-    both = edge_ident.Recording(columns.time_s, {"x": moved, "y": still}, "made")
+    both = edge_ident.Recording(columns.time_s, {"x": still, "y": still}, "made")
     edge_ident.save_recording(both, path)
-    with pytest.raises(DataError, match="axis y, position: no motion") as caught:
+    with pytest.raises(DataError, match="axis x, position: no motion"):
         edge_ident.load_recording(path)
-    assert "leave this axis out: --axis x" in caught.value.next_step
 
 
 def test_an_export_in_mm_and_ms_gives_the_same_parameters(exported: Path, tmp_path: Path) -> None:

@@ -50,12 +50,13 @@ def recording(
 @pytest.mark.parametrize(("duration_s", "fastest_hz"), [(40.0, 9.0), (300.0, 0.3)])
 def test_short_or_slow_recordings_stay_whole(duration_s: float, fastest_hz: float) -> None:
     known = recording(duration_s, fastest_hz=fastest_hz)
-    assert in_parts([known], "x") == ([known], [])
+    assert in_parts([known], "x") == ([known], [0], [])
 
 
 def test_parts_are_from_the_beginning_the_middle_and_the_end_of_one_clock() -> None:
     known = recording(300.0)
-    (first, middle, last), (finding,) = in_parts([known], "x")
+    (first, middle, last), places, (finding,) = in_parts([known], "x")
+    assert places == [0, 0, 0]
     assert first.begin_s < 1.0
     assert middle.begin_s == pytest.approx(150.0 - 0.5 * np.ptp(middle.time_s), abs=3.0)
     assert last.time_s[-1] > known.time_s[-1] - 1.0

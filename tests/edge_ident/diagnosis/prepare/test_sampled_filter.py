@@ -26,3 +26,10 @@ def test_it_is_a_convolution_of_the_weighted_and_reflected_record(
     found = SampledFilter.of(response, at, weight)(signals)
     assert found.shape == (*shape, len(at))
     np.testing.assert_allclose(found, (windows @ response)[..., at], rtol=0, atol=1e-9)
+
+
+def test_where_no_sample_is_wanted_there_is_none() -> None:
+    """Of a part of a recording whose motion reverses all the time."""
+    none = np.empty(0, dtype=np.intp)
+    found = SampledFilter.of(np.ones(7), none, np.ones(SAMPLES))(np.ones((2, SAMPLES)))
+    assert found.shape == (2, 0)

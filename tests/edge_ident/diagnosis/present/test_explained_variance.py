@@ -60,10 +60,21 @@ def test_what_does_not_vary_and_what_was_never_judged_have_no_share() -> None:
 def test_another_axis_is_read_at_the_times_of_this_one_and_in_the_same_recording() -> None:
     traces = AXIS.traces
     sparse = slice(None, None, 7)
-    names = ("time_s", "acceleration", "file")
+    names = ("time_s", "acceleration", "recording")
     second = (np.arange(4000) >= 2000).astype(np.intp)
-    line = replace(traces, file=second, acceleration=np.where(second, -1.0, 1.0) * traces.time_s)
+    line = replace(
+        traces, recording=second, acceleration=np.where(second, -1.0, 1.0) * traces.time_s
+    )
     other = replace(line, **{name: getattr(line, name)[sparse] for name in names})
-    here = replace(traces, file=second)
+    here = replace(traces, recording=second)
     assert acceleration_at(here, other)[:1900] == pytest.approx(traces.time_s[:1900])
     assert acceleration_at(here, other)[2010:3990] == pytest.approx(-traces.time_s[2010:3990])
+
+
+def test_another_axis_that_rests_in_a_recording_is_not_read_from_the_next_one() -> None:
+    second = (np.arange(4000) >= 2000).astype(np.intp)
+    here = replace(AXIS.traces, recording=second)
+    last = {n: getattr(here, n)[2000:] for n in ("time_s", "acceleration", "recording")}
+    read = acceleration_at(here, replace(here, **last))
+    assert np.all(read[:2000] == 0.0)
+    assert read[2000:] == pytest.approx(here.acceleration[2000:])
