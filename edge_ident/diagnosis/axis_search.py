@@ -11,7 +11,7 @@ from edge_ident.diagnosis.own_values import own_values, scale_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
 from edge_ident.diagnosis.select.hidden_delay import delayed_data, shift_instead
-from edge_ident.diagnosis.select.own_friction import own_friction_data
+from edge_ident.diagnosis.select.own_friction import own_friction_data, without_massless_payloads
 from edge_ident.diagnosis.select.own_scale import scale_instead
 from edge_ident.diagnosis.select.selection import (
     Selected,
@@ -119,7 +119,8 @@ def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
         if moved is not None:
             again = selected_model(moved, known, selected.search)
             timed = _is_late(again, tolerance) or not moved.late
-            selected = again if timed and again.better_than(selected) else selected
+            rival = without_massless_payloads(selected) if other is own_friction_data else selected
+            selected = again if timed and again.better_than(rival) else selected
     return selected
 
 
@@ -147,11 +148,11 @@ def _judged(
     checks = findings(recordings, name, search.data, model, efforts)
     if (instead := shift_instead(selected)) is not None:
         checks = (*checks, undetermined_delay(*instead))
-    if (scaled := scale_instead(selected)) is not None:
-        place, scale = scaled
-        checks = (*checks, scale_differs(recordings[place].source, scale))
-    elif _blocked(checks) is None:
-        checks = (*checks, *own_values(recordings, name, search.data, model))
+    if _blocked(checks) is None:
+        if (scaled := scale_instead(selected, rules.tolerance)) is not None:
+            checks = (*checks, scale_differs(recordings[scaled.place].source, scaled))
+        else:
+            checks = (*checks, *own_values(recordings, name, search.data, model))
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
     if judged.verdict is Verdict.ADEQUATE or _blocked(checks) is not None:
         return AxisSearch(selected, floor, checks, judged)

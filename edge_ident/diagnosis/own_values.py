@@ -1,9 +1,11 @@
 """In what base parameters several recordings of an axis differ, in words."""
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.own_scale import OwnScale
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation.columns import unit_length
 from edge_ident.estimation.covariance import coloured_std
@@ -13,6 +15,13 @@ from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.timing import CERTAIN
 from edge_ident.support.words import listed
+
+_OF_COLUMN: Final = {
+    "effort": ("a motion", "torque constant, rated torque and units"),
+    "position": ("an effort", "gear ratio, resolution of the encoder and units"),
+    "time": ("an effort", "sampling period and units"),
+}
+"""What is the same beside a column of another scale, and what to compare."""
 
 
 def own_values(
@@ -64,22 +73,21 @@ def own_values(
     return found
 
 
-def scale_differs(source: str, scale: float) -> Finding:
-    """What forbids to name causes that one factor of a recording's effort explains as well.
+def scale_differs(source: str, scale: OwnScale) -> Finding:
+    """What forbids to name causes that one factor of a recording's column explains as well.
 
     Parameters
     ----------
     source : str
         The recording.
-    scale : float
-        By what its effort is larger than in the others.
+    scale : OwnScale
     """
+    such, compare = _OF_COLUMN[scale.column]
     return Finding(
         "scale_differs",
-        f"the effort of {source} is {scale:.3g} times what the other recordings have for such a "
-        "motion: with that factor, one model fits all",
-        "compare torque constant, rated torque and units of the recordings; if they are the same, "
-        "the machine is not",
+        f"the {scale.column} of {source} is {scale.factor:.3g} times what the other recordings "
+        f"have for such {such}: with that factor, one model fits all",
+        f"compare {compare} of the recordings; if they are the same, the machine is not",
         blocks=True,
     )
 

@@ -72,9 +72,10 @@ def findings(
     related = _explains(data, extended)
     for effort, (recording, segment, part) in zip(efforts, _parts(recordings, data), strict=True):
         found += (f for f in effort if f.code != UNRELATED or not related)
-        found += _controllers_law(
+        laws = _controllers_law(
             recording, recording.axes[name], segment, data.effort[part], columns[part]
         )
+        found += laws if len(recordings) == 1 else _naming(recording, laws)
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
@@ -118,10 +119,12 @@ def effort_findings(recordings: Sequence[Recording], name: str) -> list[list[Fin
     found = [_checked(recording, name) for recording in recordings]
     if len(recordings) == 1:
         return found
-    return [
-        [replace(finding, message=f"in {recording.source}, {finding.message}") for finding in each]
-        for recording, each in zip(recordings, found, strict=True)
-    ]
+    return [_naming(*each) for each in zip(recordings, found, strict=True)]
+
+
+def _naming(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
+    """Findings that say in which recording they are."""
+    return [replace(each, message=f"in {recording.source}, {each.message}") for each in findings]
 
 
 def _checked(recording: Recording, name: str) -> list[Finding]:

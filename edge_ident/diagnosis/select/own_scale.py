@@ -1,54 +1,152 @@
-"""Whether one of several recordings has its effort in another scale.
+"""Whether one of several recordings has a column in another scale.
 
 A torque constant, a rated torque or a gain that differs makes inertia and all friction differ by
-one factor. A payload and friction of their own for the recordings explain that, too, and need more
-parameters for it.
+one factor; a gear ratio or a resolution of the encoder, inertia and viscous friction; a sampling
+period, the inertia by its square. A payload and friction of their own for the recordings explain
+that, too, and need more parameters for it.
 """
 
 import math
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import scipy.optimize
+from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, fit
+from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS
+
+Array = NDArray[np.float64]
+
+_CHANGED: Final[Mapping[str, tuple[str, ...]]] = {
+    "effort": (),
+    "position": ("inertia", "viscous_friction"),
+    "time": ("inertia", "inertia", "viscous_friction"),
+}
+"""Base parameters that are larger by the factor of the time, or smaller by that of the position,
+each time that they are named; by that of an effort, all are larger."""
 
 
-def scale_instead(selected: Selected) -> tuple[int, float] | None:
-    """A factor of one recording's effort that explains about as much as a changed base model.
+@dataclass(frozen=True)
+class OwnScale:
+    """A column of one recording is larger than in the others.
+
+    Attributes
+    ----------
+    column : {"effort", "position", "time"}
+    place : int
+        Of the recording.
+    factor : float
+    """
+
+    column: str
+    place: int
+    factor: float
+
+
+def scale_instead(selected: Selected, tolerance: float) -> OwnScale | None:
+    """A factor of one recording that explains about as much as a changed base model.
 
     Parameters
     ----------
     selected : Selected
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
 
     Returns
     -------
-    tuple of int and float, or None
-        Place of the recording, and by what its effort is larger than in the others. None where no
-        base parameter differs between the recordings, or a factor explains decidedly less.
+    OwnScale or None
+        None where no base parameter differs between the recordings, a factor explains decidedly
+        less, or it is too near to one to be worth naming.
     """
     search, model = selected.search, selected.supported.model
     data, criterion = search.data, search.criterion
     others = tuple(t for t in model.terms if not named(t.candidate.effect).changes_base)
-    last = len(data.segments) - 1
-    if not last or (len(others) == len(model.terms) and len(data.own) == 1):
+    loads = [t for t in model.terms if named(t.candidate.effect).changes_base]
+    differ = len(data.own) - 1 + sum(len({*t.linear} - {"offset"}) for t in loads)
+    if len(data.segments) == 1 or not differ:
         return None
     same = replace(data, own=("offset",), cache={})
+    common = fit(same, search.template, model.base, others)
+    found = {each: error for each, error in _scales(same, common, bool(loads) and differ > 1)}
+    best, error = min(found.items(), key=lambda pair: pair[1])
+    if abs(math.log(best.factor)) <= tolerance:
+        return None
+    penalties = sum(criterion.penalty(t.candidate) for t in others) + math.log(criterion.samples)
+    decided = criterion.misfit(error) + penalties > criterion.value(model) + DECISIVE.value
+    told = best.column == "effort" or len(data.own) > 1  # a payload has no viscous friction
+    if decided and not (told and _within_formula(data, model, (common.error, error), tolerance)):
+        return None
+    return best
 
-    def left(logarithm: float, place: int) -> float:
-        scale = np.where(data.recording == place, math.exp(logarithm), 1.0)
-        scaled = replace(same, effort=data.effort / scale)
-        fitted = fit(scaled, search.template, model.base, others)
-        return float(np.sum(np.square((scale * (scaled.effort - fitted.predicted))[data.valid])))
+
+def _within_formula(
+    data: AxisData, model: FittedModel, errors: tuple[float, float], tolerance: float
+) -> bool:
+    """Whether a model with a payload worth naming leaves less than one factor does by no more than
+    is worth naming, and than a small share of what it explains: what its formula may be off.
+
+    Parameters
+    ----------
+    errors : tuple of 2 floats
+        Of the common base model without a factor, and with it.
+    """
+    places = [k for k, t in enumerate(model.terms) if named(t.candidate.effect).changes_base]
+    least = tolerance * nonzero_rms(data.effort[data.valid])
+    own = [
+        model.jacobian[:, model.columns_of(k)] @ [*model.terms[k].linear.values()] for k in places
+    ]
+    if not any(nonzero_rms(each[data.valid]) > least for each in own):
+        return False
+    off = max(named(model.terms[k].candidate.effect).search.discrepancy for k in places)
+    without, scaled = errors
+    more, samples = scaled - model.error, np.count_nonzero(data.valid)
+    most = min(off * (without - model.error), samples * least**2)
+    return more < most
+
+
+def _scales(data: AxisData, model: FittedModel, every: bool) -> Iterator[tuple[OwnScale, float]]:
+    """The best factor of each column and recording, and the sum of squares that it leaves.
+
+    Parameters
+    ----------
+    model : FittedModel
+        With one base model for all recordings.
+    every : bool
+        Whether a factor of the position or of the time is asked for.
+    """
+    jacobian, linear = model.derivatives[data.valid], model.linear_parameters
+    low, high = bounds(data, model.template, model.terms)
+    rest = model.predicted[data.valid] - jacobian @ linear
+    effort, recording = data.effort[data.valid], data.recording[data.valid]
+    own = np.zeros(len(linear), dtype=np.bool_)
+    own[model.base_columns.start : model.base_columns.stop] = True
+    own[: len(model.base)] = False
+
+    def left(logarithm: float, place: int, column: str) -> float:
+        here, factor = recording == place, math.exp(logarithm)
+        weights = np.where(own, 1.0, factor)
+        target = effort - rest * np.where(here, factor, 1.0)
+        if _CHANGED[column]:
+            weights, target = np.ones(len(linear)), effort - rest
+        for name in _CHANGED[column]:
+            weights[PARAMETERS.index(name)] *= factor if column == "time" else 1.0 / factor
+        columns = jacobian * np.where(here[:, None], weights, 1.0)
+        fitted = columns @ solve_within(columns, target, low, high).solution
+        return float(np.sum(np.square(target - fitted)))
 
     # of two recordings, either one may be it
-    places = range(last + 1) if last > 1 else (last,)
-    found = {place: scipy.optimize.minimize_scalar(left, args=(place,)) for place in places}
-    place, best = min(found.items(), key=lambda pair: pair[1].fun)
-    penalties = sum(criterion.penalty(t.candidate) for t in others) + math.log(criterion.samples)
-    if criterion.misfit(best.fun) + penalties > criterion.value(model) + DECISIVE.value:
-        return None
-    return place, math.exp(best.x)
+    last = len(data.segments) - 1
+    for column, changed in _CHANGED.items():
+        if every or not changed:
+            for place in range(last + 1) if last > 1 else (last,):
+                best = scipy.optimize.minimize_scalar(left, args=(place, column))
+                yield OwnScale(column, place, math.exp(best.x)), float(best.fun)

@@ -27,18 +27,24 @@ def day(
     friction: float = 1.0,
     inertia: float = 0.5,
     scale: float = 1.0,
+    gear: float = 1.0,
+    clock: float = 1.0,
+    noise: float = NOISE,
 ) -> Recording:
-    """Five sines of random phase, with the day's offset and friction, and friction that bends."""
+    """Five sines of random phase, with the day's offset and friction, and friction that bends.
+
+    Columns may be larger than they should be.
+    """
     rng = np.random.default_rng(number)
     t = np.arange(0.0, seconds, PERIOD_S)
     angle = RATES * t[:, None] + rng.uniform(0.0, 2.0 * np.pi, len(RATES))
     x, v, a = (np.sin(angle) / RATES).sum(1), np.cos(angle).sum(1), -(RATES * np.sin(angle)).sum(1)
     effort = inertia * a + friction * (0.8 * v + 1.1 * np.sign(v) + bend * v * np.abs(v))
     effort += OFFSETS[number]
-    effort += NOISE * rng.standard_normal(len(t))
+    effort += noise * rng.standard_normal(len(t))
     effort *= scale
-    axis = AxisRecord(np.round(x / 1e-5) * 1e-5, effort, "rad", "N*m")
-    return Recording(t, {"x": axis}, f"{number}.csv")
+    axis = AxisRecord(np.round(gear * x / 1e-5) * 1e-5, effort, "rad", "N*m")
+    return Recording(clock * t, {"x": axis}, f"{number}.csv")
 
 
 def diagnosed(*recordings: Recording) -> AxisDiagnosis:
@@ -112,6 +118,33 @@ def test_one_factor_of_all_is_another_scale_and_no_payload() -> None:
     (message,) = said(axis, "scale_differs")
     assert message.startswith("the effort of 2.csv is 1.3 times")
     assert not said(axis, "friction_differs")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said_of_it"),
+    [
+        ({"gear": 2.0}, "the position of 2.csv is 2 times"),
+        ({"gear": 0.8}, "the position of 2.csv is 0.8 times"),
+        ({"clock": 1.1}, "the time of 2.csv is 1.1 times"),
+    ],
+)
+def test_one_factor_of_a_position_or_of_the_time_is_no_payload(
+    wrong: dict[str, float], said_of_it: str
+) -> None:
+    axis = diagnosed(day(0, seconds=15.0), day(2, seconds=15.0, **wrong))
+    assert axis.causes == ()
+    (message,) = said(axis, "scale_differs")
+    assert message.startswith(said_of_it)
+
+
+def test_a_factor_that_is_not_worth_naming_forbids_nothing() -> None:
+    days = [
+        day(number, seconds=15.0, bend=0.2, noise=0.001, scale=scale)
+        for number, scale in ((0, 1.0), (2, 1.004))
+    ]
+    axis = diagnosed(*days)
+    assert not said(axis, "scale_differs")
+    assert [cause.term.effect for cause in axis.causes] == ["nonlinear_viscous"]
 
 
 def test_another_load_and_other_friction_are_no_other_scale() -> None:

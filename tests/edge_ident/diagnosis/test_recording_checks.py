@@ -1,8 +1,11 @@
 """What a recording cannot show, and when it shows the controller in the place of the machine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -94,6 +97,14 @@ def test_a_speed_loop_without_a_moving_reference_is_not_taken_for_a_machine(seed
     assert "A per rad/s of speed" in finding.message
     assert float(finding.message.split("(")[1].split()[0]) == pytest.approx(GAIN, rel=0.1)
     assert "a reference that moves" in finding.next_step
+
+
+def test_of_two_recordings_the_loop_names_its_own_and_no_other_scale() -> None:
+    held, moved = speed_loop(0.0), replace(speed_loop(0.3, seed=2), source="moved")
+    axis = diagnose([held, moved], stability=False).axes["m"]
+    findings = {finding.code: finding for finding in axis.findings}
+    assert findings["feedback_law"].message.startswith(f"in {held.source}, a controller's law")
+    assert "scale_differs" not in findings
 
 
 def test_the_same_loop_with_a_reference_that_moves_shows_the_machine() -> None:
