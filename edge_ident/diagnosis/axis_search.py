@@ -156,7 +156,7 @@ def _judged(
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
     if judged.verdict is Verdict.ADEQUATE or _blocked(checks) is not None:
         return AxisSearch(selected, floor, checks, judged)
-    if (smoothed := filter_instead(selected)) is not None:
+    if (smoothed := filter_instead(selected, rules.tolerance)) is not None:
         checks = (*checks, smoothed)
         judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)

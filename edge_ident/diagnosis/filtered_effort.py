@@ -6,6 +6,7 @@ model behind a filter looks like a spring, a soft coupling or presliding.
 """
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -21,6 +22,7 @@ from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.prepare.timing import SHARE_OF_DELAY
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.diagnosis.structure_elsewhere import leaves_structure
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import PARAMETERS, POSITIVE, regressor
 from edge_ident.signals.timing import REACH_S
@@ -35,13 +37,17 @@ _MORE: Final = 2
 """Parameters beside those of the base model: the time constant and the order."""
 
 
-def filter_instead(selected: Selected) -> Finding | None:
+def filter_instead(selected: Selected, tolerance: float) -> Finding | None:
     """What forbids to name causes where a low-pass filter of the effort explains, alone, about as
     much: most of what the base model leaves beyond noise.
+
+    Where nothing was selected, it has to explain the effort: else a search goes on.
 
     Parameters
     ----------
     selected : Selected
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
     """
     search, model, data = selected.search, selected.supported.model, selected.search.data
     if selected.late or search.criterion.room(selected.start, search.noise) <= search.added.value:
@@ -51,11 +57,12 @@ def filter_instead(selected: Selected) -> Finding | None:
     error, hz = min(_best(data, order, least_s, max(most_s, 2.0 * least_s)) for order in _ORDERS)
     beyond, of_base = (max(e - search.noise, 0.0) for e in (error, selected.start.error))
     costs = search.criterion.misfit(error) + _MORE * math.log(search.criterion.samples)
-    # what explains about as much as causes is doubt; without any it has to explain decidedly more
-    allowed = DECISIVE.value if model.terms else -search.added.value
     if beyond > (1.0 - SHARE_OF_DELAY) * of_base:
         return None
-    if costs > search.criterion.value(model) + allowed:
+    if costs > search.criterion.value(model) + DECISIVE.value:
+        return None
+    filtered = replace(selected.start, error=error)
+    if not model.terms and leaves_structure(data, selected.start, filtered, tolerance):
         return None
     left = math.sqrt(error / np.count_nonzero(data.valid)) / nonzero_rms(data.effort[data.valid])
     return Finding(
