@@ -191,7 +191,8 @@ def _obeyed(search: Search, model: FittedModel, term: FittedTerm) -> str:
     columns = np.hstack(parts).T
     off = search.criterion.discrepancy(model)
     another_limit, growing = (_tried(search, model, columns[:, :k], off)[0] for k in (1, 2))
-    return _OBEYED if another_limit - growing > 2.0 * DECISIVE.value else ""
+    needed = DECISIVE.value * columns.shape[1]  # each column has to be decisive
+    return _OBEYED if another_limit - growing > needed else ""
 
 
 def _needed(parameters: int, form: Form) -> float:
