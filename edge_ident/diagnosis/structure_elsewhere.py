@@ -1,7 +1,8 @@
 """Whether a model that was fitted to one recording leaves structure of another one.
 
 What it leaves there is more than noise of that recording. Noise of the recording that it was fitted
-to has moved its parameters, and with them what it predicts: that is no structure either.
+to has moved its parameters, and with them what it predicts: that is no structure either. Nor is a
+drift or a warm-up that the model has: the other recording may have one of its own.
 """
 
 from dataclasses import replace
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
-from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.fit.projection import orthonormal
@@ -53,9 +54,9 @@ def structure_elsewhere(
     tolerance : float
         Smallest share of the rms effort that is worth naming.
     """
-    terms = tuple(model.terms[k] for k in _lasting(model))
-    there = fit(other, model.template, model.base, terms)
+    there = fit(other, model.template, model.base, _terms(model))
     unsure = _unsure(data, model, other, there, anew)
+    left = _without_drift(other, model, left, anew)
     there = replace(there, error=float(left @ left))
     base = fit(other, model.template, model.base, ())
     return leaves_structure(other, base, there, tolerance, unsure)
@@ -107,6 +108,29 @@ def _unsure(
     seen = seen - basis @ (basis.T @ seen)
     variance = model.error / freedom * np.sum((seen @ moved) ** 2)
     return _DEVIATIONS * float(np.sqrt(variance / len(seen)))
+
+
+def _without_drift(other: AxisData, model: FittedModel, left: Array, anew: list[int]) -> Array:
+    """What a model leaves (m,) of another recording that may drift likewise, by another amount and
+    at another pace."""
+    drifting = tuple(
+        t
+        for t in model.terms
+        if named(t.candidate.effect).tied_to_time and "time" not in t.candidate.form.nonlinear
+    )
+    if not drifting:
+        return left
+    there = fit(other, model.template, model.base, (*_terms(model), *drifting))
+    first = len(there.terms) - len(drifting)
+    columns = [there.columns_of(k) for k in range(first, len(there.terms))]
+    seen = np.hstack([there.derivatives[:, np.r_[tuple([anew, *columns])]], own_columns(other)])
+    basis = orthonormal(seen[other.valid])
+    return np.asarray(left - basis @ (basis.T @ left))
+
+
+def _terms(model: FittedModel) -> tuple[FittedTerm, ...]:
+    """The terms that another recording has as well."""
+    return tuple(model.terms[k] for k in _lasting(model))
 
 
 def _lasting(model: FittedModel) -> list[int]:

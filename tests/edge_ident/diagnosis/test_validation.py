@@ -139,6 +139,19 @@ def test_a_gain_that_drifts_leaves_nothing_to_be_unsure_of() -> None:
     assert [c.term.effect for c in found.causes] == ["gain_drift"]
 
 
+def test_another_recording_may_drift_by_itself() -> None:
+    """The same effect at another pace is no structure that the model misses."""
+    days = [session(seed, ripple=0.0) for seed in (10, 11)]
+    first, other = (
+        replace(day, axes={"x": replace(axis, effort=axis.effort * (1.0 + rate * day.time_s))})
+        for day, rate in zip(days, (0.02, 0.03), strict=True)
+        for axis in (day.axes["x"],)
+    )
+    found = diagnose([first], validate=other, stability=False).axes["x"]
+    assert [c.term.effect for c in found.causes] == ["gain_drift"]
+    assert found.verdict is Verdict.EXPLAINED
+
+
 def test_the_interval_of_a_gain_covers_it() -> None:
     """Residuals of 30 blocks, coloured within a block, the second three quarters of the first."""
     rng = np.random.default_rng(8)
