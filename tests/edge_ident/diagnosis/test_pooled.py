@@ -67,3 +67,35 @@ def test_one_axis_may_rest_as_it_did_before() -> None:
         FIRST, recording("other", "rad", "N*m", phase=1.0)
     )]  # fmt: skip
     check_pooled(pair)
+
+
+def noisy(samples: int, *, seed: int, rest: int = 0) -> AxisRecord:
+    """A coarse recording, of a motion that begins after a rest that is all the same."""
+    angle, rng = 0.01 * np.maximum(np.arange(samples) - rest, 0), np.random.default_rng(seed)
+    effort = np.cos(angle) + 0.01 * rng.standard_normal(samples)
+    effort[:rest] = 0.0
+    return AxisRecord(np.round(np.sin(angle), 2), np.round(effort, 2), "rad", "N*m")
+
+
+def cut(axis: AxisRecord, begin: int, end: int, source: str) -> Recording:
+    part = AxisRecord(axis.position[begin:end], axis.effort[begin:end], *axis.units)
+    return Recording(0.01 * np.arange(end - begin), {"x": part}, source)
+
+
+def test_pieces_that_overlap_are_no_two_recordings() -> None:
+    axis = noisy(4000, seed=1)
+    for pieces in (
+        (cut(axis, 0, 2000, "head"), cut(axis, 1500, 4000, "tail")),
+        (cut(axis, 1500, 4000, "tail"), cut(axis, 0, 2000, "head")),
+        (cut(axis, 0, 4000, "head"), cut(axis, 1500, 2000, "tail")),
+    ):
+        with pytest.raises(DataError, match="500 rows are the same") as refused:
+            check_pooled(pieces)
+        assert "head, from 15 s on" in refused.value.cause
+        assert "tail, from 0 s on" in refused.value.cause
+
+
+def test_the_same_motion_and_the_same_rest_are_no_copy() -> None:
+    check_pooled([cut(noisy(4000, seed=s, rest=2000), 0, 4000, str(s)) for s in (1, 2)])
+    axis = noisy(4000, seed=1)
+    check_pooled([cut(axis, 0, 2050, "head"), cut(axis, 1950, 4000, "tail")])
