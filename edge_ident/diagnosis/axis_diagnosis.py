@@ -27,6 +27,7 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.judge.testability import not_testable
 from edge_ident.diagnosis.measures import Validation
+from edge_ident.diagnosis.other_zero import shift_of_zero, zero_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
@@ -163,11 +164,24 @@ def _in_band(problem: AxisProblem) -> _Found:
     carried = Judged(found.judged.supported.without_vibrations(data))
     if problem.validates:
         other = problem.prepared(problem.validates, carried.supported.model.axis)
+        model = carried.supported.model
         carried = judge_elsewhere(data, other, start, carried.supported, tolerance)
+        if carried.unexplained or carried.suspected:
+            found = _with_other_zero(problem, found, shift_of_zero(data, other, model, tolerance))
     base = start if start.template is template else fitted_base(data, template)
     result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)
     result_everywhere = with_band_content(result, content, template, tolerance)
     return _Found(result_everywhere, carried.validation, result.verdict)
+
+
+def _with_other_zero(problem: AxisProblem, found: AxisSearch, shift: float | None) -> AxisSearch:
+    """The search with the finding that the other recording has another zero, if it has."""
+    if shift is None:
+        return found
+    sources = problem.validates[0].source, problem.recordings[0].source
+    unit = problem.template.position_unit
+    differs = zero_differs(*sources, shift, unit, blocks=False)
+    return replace(found, checks=(*found.checks, differs))
 
 
 def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, ...]) -> AxisSearch:

@@ -7,6 +7,7 @@ from functools import partial
 from edge_ident.diagnosis.filtered_effort import filter_instead
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.other_zero import zero_differs, zero_instead
 from edge_ident.diagnosis.own_values import own_values, scale_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
@@ -158,8 +159,23 @@ def _judged(
         return AxisSearch(selected, floor, checks, judged)
     if (smoothed := filter_instead(selected, rules.tolerance)) is not None:
         checks = (*checks, smoothed)
+    elif judged.verdict is Verdict.UNEXPLAINED:
+        checks = (*checks, *_other_zero(recordings, name, selected, rules.tolerance))
+    if _blocked(checks) is not None:
         judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)
+
+
+def _other_zero(
+    recordings: Sequence[Recording], name: str, selected: Selected, tolerance: float
+) -> list[Finding]:
+    """What another zero of a recording forbids, if it has one."""
+    found = zero_instead(selected, tolerance)
+    if found is None:
+        return []
+    sources = recordings[found.place].source, recordings[0].source
+    unit = recordings[0].axes[name].position_unit
+    return [zero_differs(*sources, found.shift, unit, blocks=True)]
 
 
 def _blocked(checks: Sequence[Finding]) -> str | None:

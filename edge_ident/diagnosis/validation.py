@@ -23,16 +23,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
-from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import base_regressor
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.own_columns import own_columns, own_limits
+from edge_ident.diagnosis.fit.own_columns import own_columns
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.measures import CarriedCause, Validation
+from edge_ident.diagnosis.model_elsewhere import fitted_anew, residual_elsewhere
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
@@ -42,7 +42,7 @@ from edge_ident.diagnosis.select.shift_again import in_step_beside
 from edge_ident.diagnosis.structure_elsewhere import leaves_structure, structure_elsewhere
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
+from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -114,8 +114,8 @@ def judge(
         suspected = strongest_first(
             replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
         )
-    anew = _anew(carried.model)
-    left = _residual(other, carried.model, anew)
+    anew = fitted_anew(carried.model)
+    left = residual_elsewhere(other, carried.model, anew)
     return Judged(
         supported.of(carried.model, carried.kept),
         suspected,
@@ -159,7 +159,7 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         Without external vibrations.
     """
     kept = tuple(range(len(model.terms)))
-    start, left = (_residual(other, m, _anew(model)) for m in (base, model))
+    start, left = (residual_elsewhere(other, m, fitted_anew(model)) for m in (base, model))
     found, as_found = model, left
     judged = {k: _not_judged(t.candidate.effect) for k, t in enumerate(model.terms)}
     while weighed := _weighed(data, other, found, kept, left):
@@ -176,8 +176,8 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         found, left = doubtful[worst].without, doubtful[worst].residual
         kept = tuple(k for k in kept if k != worst)
     scale = nonzero_rms(other.effort[other.valid])
-    anew = sorted({*_anew(found), *map(PARAMETERS.index, FRICTION)})
-    of_base, of_found = (rms(_residual(other, m, anew)) / scale for m in (base, found))
+    anew = sorted({*fitted_anew(found), *map(PARAMETERS.index, FRICTION)})
+    of_base, of_found = (rms(residual_elsewhere(other, m, anew)) / scale for m in (base, found))
     validation = Validation(
         rms(start) / scale,
         rms(left) / scale,
@@ -231,7 +231,7 @@ def _weighed(
         if named(effect).tied_to_time:
             continue
         less = fit(data, model.template, model.base, model.without(k))
-        without = _residual(other, less, _anew(model))
+        without = residual_elsewhere(other, less, fitted_anew(model))
         gain = gain_of(block, without, left)
         refitted = gain_of(block, *(r - basis @ (basis.T @ r) for r in (without, left)))
         carries = gain.certain or (gain.value > 0.0 and refitted.certain)
@@ -265,33 +265,3 @@ def _reason(gain: Gain, refitted: Gain | None) -> str:
 def _not_judged(effect: str) -> CarriedCause:
     reason = "it is tied to the time of its recording, and another one says nothing about it"
     return CarriedCause(effect, None, None, None, None, reason)
-
-
-def _anew(model: FittedModel) -> list[int]:
-    """Places of the base parameters that differ between recordings: the offset, and what terms of
-    the model that are tied to time change."""
-    effects = [named(t.candidate.effect) for t in model.terms]
-    changed = {name for e in effects if e.tied_to_time for name in e.changes_base}
-    return [k for k, name in enumerate(PARAMETERS) if name in {"offset", *changed}]
-
-
-def _residual(other: AxisData, model: FittedModel, anew: list[int]) -> Array:
-    """What a model leaves at the valid samples of another recording, where the timing and these
-    base parameters are fitted anew."""
-    axis = _carried_axis(model.axis)
-    residual = (other.effort - other.predicted(axis))[other.valid]
-    columns = np.hstack([base_regressor(other)[:, anew], own_columns(other)])[other.valid]
-    own_low, own_high = own_limits(other, shifted=not delayed(axis))
-    least = [-axis.parameters[k] if POSITIVE[k] else -np.inf for k in anew]
-    low, high = np.array([*least, *own_low]), np.array([*np.full(len(anew), np.inf), *own_high])
-    return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
-
-
-def _carried_axis(axis: AxisModel) -> AxisModel:
-    """The physical axis, without the terms that are tied to the time of their recording."""
-    base = axis.terms[0]
-    values = {
-        name: max(float(base.values[name]), low) for name, (low, _) in named(BASE).bounds.items()
-    }
-    terms = [t for t in axis.terms[1:] if not named(t.effect).tied_to_time]
-    return replace(axis, terms=(replace(base, values=values), *terms))
