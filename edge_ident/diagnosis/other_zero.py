@@ -180,7 +180,7 @@ class _Zero:
         travel = float(np.ptp(self.other.of_motion("position")))
         reach = max(travel, np.pi) if self.model.axis.position_unit == "rad" else travel
         length = self._length(_PROBE * travel)
-        if length > reach:
+        if not 0.0 < length <= reach:
             return
         step = _PER_LENGTH * length
         count = min(int(reach / step), _MOST_STEPS) + 1
@@ -194,7 +194,7 @@ class _Zero:
 
     def _length(self, probe: float) -> float:
         """Over which what depends on the position bends: of a ripple, its period over 2 pi;
-        infinite where nothing bends."""
+        zero where nothing depends on it, and very long where nothing bends."""
         less, here, more = (self.moved(s).predicted(self.model.axis) for s in (-probe, 0.0, probe))
         slope, bend = (more - less) / 2.0, more - 2.0 * here + less
         at = self.other.valid

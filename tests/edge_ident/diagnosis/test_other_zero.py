@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 
 RATES = 2.0 * np.pi * np.array([0.11, 0.37, 0.89])
@@ -33,4 +34,10 @@ def test_another_zero_is_named_with_its_shift(validates: bool) -> None:
 
 def test_another_weight_is_no_other_zero() -> None:
     axis = diagnose([arm(1)], validate=arm(2, weight=3.0), stability=False).axes["x"]
+    assert "zero_differs" not in {each.code for each in axis.findings}
+
+
+def test_where_nothing_depends_on_the_position_no_zero_is_another() -> None:
+    axis = diagnose([arm(1, weight=0.0)], validate=arm(2, weight=4.0), stability=False).axes["x"]
+    assert axis.verdict is Verdict.UNEXPLAINED
     assert "zero_differs" not in {each.code for each in axis.findings}
