@@ -1,5 +1,6 @@
 """The experiment on the thresholds: what it changes, it changes everywhere and for a while only."""
 
+from edge_ident.diagnosis import axis_diagnosis
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.select.thresholds import thresholds
@@ -31,4 +32,4 @@ def test_a_changed_threshold_decides_until_it_is_given_back() -> None:
         with changed_threshold("MOST_TERMS", 0):
             assert causes() == []
         assert causes() == ["asymmetric_friction"]
-    assert vars(engine)["fit"] is fit
+    assert vars(axis_diagnosis)["fit"] is fit

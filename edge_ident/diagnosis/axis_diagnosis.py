@@ -91,6 +91,15 @@ class AxisProblem:
         return prepare_axis(recordings, self.name, timed=not delayed(axis), widening=self.widening)
 
 
+@dataclass(frozen=True)
+class _Found:
+    """A diagnosis of an axis, what another recording says, and the verdict on the band alone."""
+
+    axis: AxisDiagnosis
+    validation: Validation | None
+    verdict: Verdict
+
+
 def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """Diagnose one axis; where nothing is named, and a wider band shows more, once more there.
 
@@ -106,8 +115,8 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
     return found.axis, found.validation
 
 
-def _in_wider_band(problem: AxisProblem) -> "_Found | None":
-    """The same in a wider band, unless the base model leaves no more than noise there."""
+def _in_wider_band(problem: AxisProblem) -> _Found | None:
+    """A diagnosis in a wider band, unless the base model leaves no more than noise there."""
     wider = replace(problem, widening=WIDENING)
     try:
         data = wider.data
@@ -115,15 +124,6 @@ def _in_wider_band(problem: AxisProblem) -> "_Found | None":
         return None
     base = fitted_base(data, problem.template)
     return _in_band(wider) if shows_more(data, problem.data, base) else None
-
-
-@dataclass(frozen=True)
-class _Found:
-    """A diagnosis of an axis, what another recording says, and the verdict on the band alone."""
-
-    axis: AxisDiagnosis
-    validation: Validation | None
-    verdict: Verdict
 
 
 @dataclass(frozen=True)
@@ -139,6 +139,7 @@ class _Outcome:
 
 
 def _in_band(problem: AxisProblem) -> _Found:
+    """A diagnosis in the band of the problem, with the ripples and lines above it."""
     recordings, name, template = problem.recordings, problem.name, problem.template
     data, tolerance = problem.data, problem.rules.tolerance
     content = above_band(recordings, name, data)

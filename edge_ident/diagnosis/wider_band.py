@@ -44,8 +44,7 @@ def is_open(found: AxisDiagnosis, in_band: Verdict) -> bool:
 def shows_more(data: AxisData, usual: AxisData, base: FittedModel) -> bool:
     """Whether a band is wider indeed than the usual one, and the base model leaves more than noise
     and the errors of the formulas there."""
-    cutoffs_hz = (max(s.cutoff_hz for s in each.segments) for each in (data, usual))
-    wide_hz, usual_hz = cutoffs_hz
+    wide_hz, usual_hz = (max(s.cutoff_hz for s in each.segments) for each in (data, usual))
     return wide_hz >= _WORTH * usual_hz and leaves_structure(data, base, base, tolerance=0.0)
 
 

@@ -10,6 +10,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
+from tests.repetitions import a_few
 
 Array = NDArray[np.float64]
 
@@ -120,13 +121,16 @@ def test_one_factor_of_all_is_another_scale_and_no_payload() -> None:
     assert not said(axis, "friction_differs")
 
 
+WRONG = (
+    ({"gear": 2.0}, "the position of 2.csv is 2 times"),
+    ({"gear": 0.8}, "the position of 2.csv is 0.8 times"),
+    ({"clock": 1.1}, "the time of 2.csv is 1.1 times"),
+)
+
+
 @pytest.mark.parametrize(
     ("wrong", "said_of_it"),
-    [
-        ({"gear": 2.0}, "the position of 2.csv is 2 times"),
-        ({"gear": 0.8}, "the position of 2.csv is 0.8 times"),
-        ({"clock": 1.1}, "the time of 2.csv is 1.1 times"),
-    ],
+    a_few(WRONG, [WRONG[1], WRONG[2]]),
 )
 def test_one_factor_of_a_position_or_of_the_time_is_no_payload(
     wrong: dict[str, float], said_of_it: str
