@@ -27,6 +27,7 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.judge.testability import not_testable
 from edge_ident.diagnosis.measures import Validation
+from edge_ident.diagnosis.other_timing import may_differ, timing_differs
 from edge_ident.diagnosis.other_zero import shift_of_zero, zero_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -45,6 +46,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.diagnosis.wider_band import WIDENING, is_open, settles, shows_more
 from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
+from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.signals.recording import Recording
 
@@ -112,7 +114,31 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
     again = _in_wider_band(problem) if is_open(found.axis, found.verdict) else None
     if again is not None and settles(again.axis, found.axis, found.verdict):
         found = again
-    return found.axis, found.validation
+    unexplained = found.axis.verdict is Verdict.UNEXPLAINED
+    differ = _own_timing(problem, found.axis.model) if unexplained else []
+    return replace(found.axis, findings=(*found.axis.findings, *differ)), found.validation
+
+
+def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
+    """Which of several recordings are late, and others are not, from a diagnosis of each alone.
+
+    Parameters
+    ----------
+    model : AxisModel
+        Of all of them.
+    """
+    segments = problem.data.segments
+    clocks = dict.fromkeys(s.motion.clock for s in segments)
+    if len(clocks) == 1 or not may_differ(problem.data, model):
+        return []
+    alone = {}
+    for clock in clocks:
+        pairs = zip(problem.recordings, segments, strict=True)
+        parts = [recording for recording, s in pairs if s.motion.clock == clock]
+        rules = replace(problem.rules, stability=False)
+        one = replace(problem, recordings=parts, validates=(), rules=rules)
+        alone[parts[0].source] = _in_band(one).axis
+    return timing_differs(alone)
 
 
 def _in_wider_band(problem: AxisProblem) -> _Found | None:

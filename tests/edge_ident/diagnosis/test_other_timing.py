@@ -1,0 +1,33 @@
+"""The effort of one recording is late, and that of another is not."""
+
+import pytest
+
+from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.signals.recording import AxisRecord, Recording
+from tests.edge_ident.diagnosis.test_other_zero import arm
+
+PERIOD_S = 4e-3
+
+
+def late(recording: Recording, samples: int) -> Recording:
+    """The recording with its effort stamped so many samples late."""
+    axis = recording.axes["x"]
+    record = AxisRecord(axis.position[samples:], axis.effort[:-samples], "rad", "N*m")
+    return Recording(recording.time_s[samples:], {"x": record}, recording.source)
+
+
+@pytest.mark.parametrize("weight", [0.0, 4.0])
+def test_the_recording_that_is_late_is_named(weight: float) -> None:
+    pair = [arm(1, weight=weight), late(arm(2, weight=weight), 5)]
+    axis = diagnose(pair, stability=False).axes["x"]
+    (said,) = [each for each in axis.findings if each.code == "timing_differs"]
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert said.message.startswith("the effort of 2.csv is 20")
+    assert "ms late, and that of 1.csv is not" in said.message
+
+
+def test_recordings_that_are_late_alike_have_one_delay() -> None:
+    axis = diagnose([late(arm(k), 5) for k in (1, 2)], stability=False).axes["x"]
+    assert "timing_differs" not in {each.code for each in axis.findings}
+    assert "time_delay" in [cause.term.effect for cause in axis.causes]
