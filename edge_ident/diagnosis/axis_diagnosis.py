@@ -116,7 +116,7 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
         found = again
     unexplained = found.axis.verdict is Verdict.UNEXPLAINED
     differ = _own_timing(problem, found.axis.model) if unexplained else []
-    return replace(found.axis, findings=(*found.axis.findings, *differ)), found.validation
+    return replace(found.axis, findings=(*differ, *found.axis.findings)), found.validation
 
 
 def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:

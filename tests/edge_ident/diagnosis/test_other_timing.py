@@ -6,6 +6,7 @@ from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.edge_ident.diagnosis.test_other_zero import arm
+from tests.repetitions import a_few
 
 PERIOD_S = 4e-3
 
@@ -17,7 +18,7 @@ def late(recording: Recording, samples: int) -> Recording:
     return Recording(recording.time_s[samples:], {"x": record}, recording.source)
 
 
-@pytest.mark.parametrize("weight", [0.0, 4.0])
+@pytest.mark.parametrize("weight", a_few([0.0, 4.0], [4.0]))
 def test_the_recording_that_is_late_is_named(weight: float) -> None:
     pair = [arm(1, weight=weight), late(arm(2, weight=weight), 5)]
     axis = diagnose(pair, stability=False).axes["x"]

@@ -99,6 +99,7 @@ def test_a_speed_loop_without_a_moving_reference_is_not_taken_for_a_machine(seed
     assert "a reference that moves" in finding.next_step
 
 
+@pytest.mark.thorough
 def test_of_two_recordings_the_loop_names_its_own_and_no_other_scale() -> None:
     held, moved = speed_loop(0.0), replace(speed_loop(0.3, seed=2), source="moved")
     axis = diagnose([held, moved], stability=False).axes["m"]

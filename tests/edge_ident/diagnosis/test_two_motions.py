@@ -87,6 +87,7 @@ def test_dry_friction_that_changed_alone_is_no_payload(seed: int) -> None:
     assert "friction_differs" in codes(axis)
 
 
+@pytest.mark.thorough
 def test_a_friction_that_a_curve_shares_may_differ() -> None:
     """Beside the curve the viscous friction of one may be negative: only the sum takes power."""
     axis = diagnosed(
