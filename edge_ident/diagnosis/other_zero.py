@@ -66,12 +66,13 @@ def zero_instead(selected: Selected, tolerance: float) -> OtherZero | None:
     """
     data = selected.search.data
     clocks = [s.motion.clock for s in data.segments]
-    if len(set(clocks)) == 1:
+    reference, *others = dict.fromkeys(clocks)
+    if not others:
         return None
-    first, *others = (_of_clock(data, clock) for clock in dict.fromkeys(clocks))
+    first = _of_clock(data, reference)
     alone = selected_model(first, selected.start.template).supported.model
-    for clock, other in zip(dict.fromkeys(clocks[1:]), others, strict=False):
-        shift = shift_of_zero(first, other, alone, tolerance)
+    for clock in others:
+        shift = shift_of_zero(first, _of_clock(data, clock), alone, tolerance)
         if shift is not None:
             return OtherZero(clocks.index(clock), shift)
     return None

@@ -1,5 +1,7 @@
 """The encoder of another recording counts from another zero: what depends on it is elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,3 +43,11 @@ def test_where_nothing_depends_on_the_position_no_zero_is_another() -> None:
     axis = diagnose([arm(1, weight=0.0)], validate=arm(2, weight=4.0), stability=False).axes["x"]
     assert axis.verdict is Verdict.UNEXPLAINED
     assert "zero_differs" not in {each.code for each in axis.findings}
+
+
+def test_of_recordings_on_one_clock_none_has_another_zero_than_the_other() -> None:
+    """The first two are one record in two pieces, so the third is the one that differs."""
+    pieces = [arm(1), replace(arm(3), begin_s=20.0)]
+    axis = diagnose([*pieces, arm(2, zero=-0.8)], stability=False).axes["x"]
+    (said,) = [each for each in axis.findings if each.code == "zero_differs"]
+    assert said.message.startswith("the position of 2.csv is -0.8 rad from that of 1.csv")
