@@ -105,6 +105,8 @@ class _Found:
 def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """Diagnose one axis; where nothing is named, and a wider band shows more, once more there.
 
+    Where several recordings stay unexplained, it says which are late and which are not.
+
     Raises
     ------
     DataError

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.axis_diagnosis import AxisProblem, diagnose_axis
 from edge_ident.diagnosis.data_quality import data_findings
@@ -24,7 +23,6 @@ from edge_ident.signals.recording import Recording, chosen_axes
 from edge_ident.support.words import listed
 
 Progress = Callable[[str, int, int], None]
-Array = NDArray[np.float64]
 
 
 def diagnose(

@@ -11,21 +11,20 @@ from typing import Final
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.model_elsewhere import fitted_anew, residual_elsewhere
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import about_alike
 from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.selection import Selected, selected_model
 from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.diagnosis.structure_elsewhere import lasting_terms
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
 from edge_ident.signals.metrics import rms
-
-Array = NDArray[np.float64]
 
 _PER_LENGTH: Final = 0.5
 """Step of the shifts that are tried, of the length over which a model bends."""
@@ -107,7 +106,7 @@ def shift_of_zero(
         worth naming, or than a small share of what it explains: what its formulas may be off.
     """
     zero = _Zero(other, model)
-    terms = [t for t in model.terms if not named(t.candidate.effect).tied_to_time]
+    terms = lasting_terms(model)
     if (near := zero.near()) is None:
         return None
 
@@ -132,8 +131,8 @@ def shift_of_zero(
         there = min(there, here * count / (compared - count))
     effects = [t.effect for t in model.axis.terms[1:]]
     off = max(named(effect).search.discrepancy for effect in effects)
-    about_alike = shifted.error - here - there < min(off * gain, compared * least**2)
-    return shift if about_alike else None
+    alike = about_alike(shifted.error - here - there, gain, off, compared * least**2)
+    return shift if alike else None
 
 
 def _decided(data: AxisData, shifted: FittedModel, unshifted: FittedModel) -> bool:

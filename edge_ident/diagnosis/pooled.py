@@ -90,8 +90,9 @@ def _longest_copy(one: Array, other: Array) -> tuple[int, int, int]:
     count = min(len(one) - first, len(other) - second)
     same = np.all(one[first : first + count] == other[second : second + count], axis=1)
     run = np.cumsum(~same)
-    changes = np.bincount(run, weights=same * _changed(one)[first : first + count])
-    if max(changes) <= _COPIED * min(np.sum(_changed(one)), np.sum(_changed(other))):
+    changed, changed_there = _changed(one), _changed(other)
+    changes = np.bincount(run, weights=same * changed[first : first + count])
+    if max(changes) <= _COPIED * min(np.sum(changed), np.sum(changed_there)):
         return 0, 0, 0
     (places,) = np.nonzero(same & (run == np.argmax(changes)))
     return first + int(places[0]), second + int(places[0]), len(places)

@@ -75,7 +75,7 @@ def findings(
         laws = _controllers_law(
             recording, recording.axes[name], segment, data.effort[part], columns[part]
         )
-        found += laws if len(recordings) == 1 else _naming(recording, laws)
+        found += _naming(recording, laws, len(recordings) > 1)
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
     found += _narrow_excitation(data)
@@ -116,14 +116,14 @@ def effort_findings(recordings: Sequence[Recording], name: str) -> list[list[Fin
 
     None of its doubts about a parameter forbids a cause. Of several recordings, each is named.
     """
-    found = [_checked(recording, name) for recording in recordings]
-    if len(recordings) == 1:
-        return found
-    return [_naming(*each) for each in zip(recordings, found, strict=True)]
+    several = len(recordings) > 1
+    return [_naming(each, _checked(each, name), several) for each in recordings]
 
 
-def _naming(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
-    """Findings that say in which recording they are."""
+def _naming(recording: Recording, findings: Sequence[Finding], several: bool) -> list[Finding]:
+    """Findings that say in which of several recordings they are."""
+    if not several:
+        return list(findings)
     return [replace(each, message=f"in {recording.source}, {each.message}") for each in findings]
 
 

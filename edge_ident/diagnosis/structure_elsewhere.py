@@ -54,7 +54,7 @@ def structure_elsewhere(
     tolerance : float
         Smallest share of the rms effort that is worth naming.
     """
-    there = fit(other, model.template, model.base, _terms(model))
+    there = fit(other, model.template, model.base, lasting_terms(model))
     unsure = _unsure(data, model, other, there, anew)
     left = _without_drift(other, model, left, anew)
     there = replace(there, error=float(left @ left))
@@ -120,7 +120,7 @@ def _without_drift(other: AxisData, model: FittedModel, left: Array, anew: list[
     )
     if not drifting:
         return left
-    there = fit(other, model.template, model.base, (*_terms(model), *drifting))
+    there = fit(other, model.template, model.base, (*lasting_terms(model), *drifting))
     first = len(there.terms) - len(drifting)
     columns = [there.columns_of(k) for k in range(first, len(there.terms))]
     seen = np.hstack([there.derivatives[:, np.r_[tuple([anew, *columns])]], own_columns(other)])
@@ -128,8 +128,8 @@ def _without_drift(other: AxisData, model: FittedModel, left: Array, anew: list[
     return np.asarray(left - basis @ (basis.T @ left))
 
 
-def _terms(model: FittedModel) -> tuple[FittedTerm, ...]:
-    """The terms that another recording has as well."""
+def lasting_terms(model: FittedModel) -> tuple[FittedTerm, ...]:
+    """The terms of a model that another recording has as well."""
     return tuple(model.terms[k] for k in _lasting(model))
 
 

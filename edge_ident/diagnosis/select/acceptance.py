@@ -211,6 +211,20 @@ def beyond(residual: float, limit: float) -> float:
     return float(np.sqrt(max(residual**2 - limit**2, 0.0)))
 
 
+def about_alike(more: float, explained: float, off: float, worth_naming: float) -> bool:
+    """Whether one model leaves more than another by no more than is worth naming, and than a small
+    share of what it explains: what its formulas may be off.
+
+    Parameters
+    ----------
+    more, explained, worth_naming : float
+        Sums of squares.
+    off : float
+        Share of what it explains that the formulas may be off.
+    """
+    return more < min(off * explained, worth_naming)
+
+
 def structure_left(
     residual: float,
     floor: float,

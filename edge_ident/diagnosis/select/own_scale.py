@@ -13,18 +13,16 @@ from typing import Final
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, fit
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.acceptance import about_alike
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
-
-Array = NDArray[np.float64]
 
 _CHANGED: Final[Mapping[str, tuple[str, ...]]] = {
     "effort": (),
@@ -108,9 +106,8 @@ def _within_formula(
         return False
     off = max(named(model.terms[k].candidate.effect).search.discrepancy for k in places)
     without, scaled = errors
-    more, samples = scaled - model.error, np.count_nonzero(data.valid)
-    most = min(off * (without - model.error), samples * least**2)
-    return more < most
+    worth_naming = np.count_nonzero(data.valid) * least**2
+    return about_alike(scaled - model.error, without - model.error, off, worth_naming)
 
 
 def _scales(data: AxisData, model: FittedModel, every: bool) -> Iterator[tuple[OwnScale, float]]:

@@ -4,15 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.repetitions import a_few
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 4e-3
 NOISE = 0.02

@@ -4,15 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.block_gain import gain_of
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
-
-Array = NDArray[np.float64]
 
 PERIOD_S = 2e-3
 NOISE = 0.02
