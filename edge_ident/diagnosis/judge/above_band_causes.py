@@ -9,7 +9,7 @@ import numpy as np
 
 from edge_ident.diagnosis.above_band.content import BandContent, above_band
 from edge_ident.diagnosis.above_band.moving_line import MovingLine
-from edge_ident.diagnosis.above_band.sinusoid import Sinusoid
+from edge_ident.diagnosis.above_band.sinusoid import SAME_RATE, Sinusoid
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.judge.causes import strongest_first
@@ -17,7 +17,7 @@ from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
-from edge_ident.diagnosis.select.thresholds import SAME_ORDER, TRADED
+from edge_ident.diagnosis.select.thresholds import TRADED
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
@@ -188,13 +188,13 @@ def without_names(content: BandContent) -> BandContent:
 def _new(terms: Sequence[Term], orders: Sequence[Sinusoid]) -> list[Sinusoid]:
     """Orders that are not among the terms."""
     known = [math.tau / float(np.asarray(t.values["period"])) for t in terms if t.effect == _RIPPLE]
-    return [s for s in orders if all(abs(s.rate - k) > SAME_ORDER.value * k for k in known)]
+    return [s for s in orders if all(abs(s.rate - k) > SAME_RATE * k for k in known)]
 
 
 def _told(line: Sinusoid, vibrations: Sequence[OutsideVibration]) -> bool:
     """Whether a line is what is left of a vibration that the diagnosis tells of."""
     return any(
-        abs(line.rate - math.tau * v.frequency_hz) <= SAME_ORDER.value * line.rate
+        abs(line.rate - math.tau * v.frequency_hz) <= SAME_RATE * line.rate
         and line.amplitude < v.amplitude
         for v in vibrations
     )

@@ -15,11 +15,13 @@ from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.select.acceptance import (
     beyond,
+    explains_most,
     nearly_none,
     noise_limit,
     structure_left,
 )
 from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
+from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
@@ -116,6 +118,16 @@ class Assessment:
         efforts = own_efforts(self.search.data, model, self.space)
         parts = (efforts[list(model.of_effect(t))] for t in model.terms)
         return [rms(np.sum(part, axis=0)) / self.scale for part in parts]
+
+    def against_all(self, kept: Sequence[int]) -> str | None:
+        """Why no cause is named beside a part of the terms; None where nothing is against it."""
+        model = self.fitted(kept)
+        if reason := unphysical(self.search.data, self.start, model, self.tolerance):
+            return reason
+        if not self.structure(model):
+            return None
+        decision = explains_most(self.rest(self.start), self.rest(model))
+        return None if decision.accepted else decision.reason
 
     def information_kept(self, kept: Sequence[int]) -> float:
         """Least share of what the motion says of a base parameter that it says beside vibrations.

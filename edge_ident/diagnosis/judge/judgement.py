@@ -3,8 +3,9 @@
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
 few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
 data disagree about it, it shows at standstill alone, too often or too briefly, it trades places
-with the base parameters, another law fits better, the model with it is not physical, the selection
-did not converge, or no cause may be named. It is minor where it is small, or a sound drive has it.
+with the base parameters, another law fits better, the model with all causes is not physical or
+explains little, the selection did not converge, or no cause may be named. It is minor where it is
+small, or a sound drive has it.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,7 +27,6 @@ from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.causes_in_time import imitated, recurring, tied_to_time
 from edge_ident.diagnosis.select.evidence import evidence_for_terms
-from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -119,9 +119,7 @@ def judge(
         for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law):
             doubts |= (doubtful := doubt(assessed, kept))
             kept = [k for k in kept if k not in doubtful]
-    reason = blocked or (
-        unphysical(search.data, start, assessed.fitted(kept), assessed.tolerance) if kept else None
-    )
+    reason = blocked or (assessed.against_all(kept) if kept else None)
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []

@@ -17,6 +17,7 @@ from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     DECISIVE,
+    EXPLAINED,
     FOUND_AGAIN,
     KEPT_TERM,
     LARGER_IN_TIME,
@@ -180,6 +181,22 @@ def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -
         f"it, {rest:.1%}"
     )
     return Decision(share >= required, reason, share - required)
+
+
+def explains_most(before: float, after: float) -> Decision:
+    """Decide whether causes that leave more than noise explain enough to be named.
+
+    Parameters
+    ----------
+    before, after : float
+        Rms that the base model leaves beyond noise, and that the model with all causes does.
+    """
+    share = 1.0 - (after / before) ** 2
+    reason = (
+        f"all causes together explain {share:.0%} of what the base model leaves beyond noise (more "
+        f"than {EXPLAINED.value:.0%} of its variance are required where more than noise is left)"
+    )
+    return Decision(share > EXPLAINED.value, reason, share - EXPLAINED.value)
 
 
 def same_size(first: float, second: float, std: float, parts: tuple[str, str]) -> Decision:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Final
 
-from edge_ident.diagnosis.above_band.sinusoid import SAME_RATE
 from edge_ident.diagnosis.select.threshold import Threshold
 
 ADDED_TERM: Final = Threshold(
@@ -86,6 +85,13 @@ LARGER_IN_TIME: Final = Threshold(
     "A judgement: the larger part of an unknown disturbance in time may look like such a cause.",
     "`test_acceptance.py`: a drift beside as large a rest is only suspected",
 )
+EXPLAINED: Final = Threshold(
+    2.0 / 3.0,
+    "of the variance beyond noise",
+    "All causes explain more of what the base model leaves, or leave only noise; or are suspected.",
+    "A judgement: among all effects and their parameters, one explains half of whatever it is.",
+    "`test_judgement.py`: a cause that leaves two fifths",
+)
 HELD: Final = Threshold(
     0.5,
     "of the energy of a cause's effort",
@@ -134,13 +140,6 @@ DISTURBED: Final = Threshold(
     "So many disturbed runs have every second recorded effort, and so many have noise added.",
     "The even efforts and the odd ones; as many with noise, so that neither kind decides alone.",
     "docs/diagnosis_record.md, rules on real axes: one run gives the same answer",
-)
-SAME_ORDER: Final = Threshold(
-    SAME_RATE,
-    "relative difference",
-    "Two orders that differ by less, above the band and in it, are one.",
-    "A judgement: the orders of a motor's poles and slots lie farther apart.",
-    "none of the tests has two orders so near",
 )
 RELIABILITY: Final = Threshold(
     0.75,

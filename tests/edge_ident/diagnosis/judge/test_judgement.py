@@ -138,6 +138,17 @@ def test_a_cause_that_is_smaller_than_what_is_left_is_suspected() -> None:
         assert "left unexplained" in cause.decision or "of 5 runs" in cause.decision
 
 
+@pytest.mark.parametrize(("unknown", "named"), [(0.035, True), (0.046, False)])
+def test_a_cause_that_leaves_two_fifths_is_suspected(unknown: float, named: bool) -> None:
+    """Whatever the unknown disturbance is, one of all effects explains half of it."""
+    t, _, v, a = MOTION
+    wander = sum(np.sin(w * t + w**2) for w in np.linspace(2.0, 9.0, 23)) / np.sqrt(23.0 / 2.0)
+    axis = found(rigid(v, a) + 0.1 * RIPPLE + unknown * wander)
+    assert axis.verdict is Verdict.UNEXPLAINED
+    assert effects(axis.causes if named else axis.suspected) == ["torque_ripple"]
+    assert named or "explain 60% of what the base model leaves" in axis.suspected[0].decision
+
+
 def test_a_supported_cause_says_why() -> None:
     _, _, v, a = MOTION
     axis = found(rigid(v, a) + 0.1 * RIPPLE)

@@ -19,6 +19,7 @@ from edge_ident.diagnosis.select.acceptance import (
     again,
     beyond,
     decide,
+    explains_most,
     larger_than_rest,
     noise_limit,
     structure_left,
@@ -120,6 +121,11 @@ def test_a_drift_beside_as_large_a_rest_is_only_suspected() -> None:
     assert not refused.accepted
     assert "less than 2 times what is left unexplained beside it, 1.9%" in refused.reason
     assert larger_than_rest(0.02, 0.009, tied_to_time=True).accepted
+
+
+@pytest.mark.parametrize(("left", "accepted"), [(0.57, True), (0.58, False), (1.0, False)])
+def test_causes_beside_more_than_noise_explain_two_thirds(left: float, accepted: bool) -> None:
+    assert explains_most(1.0, left).accepted is accepted
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(3, False), (4, True), (5, True)])
