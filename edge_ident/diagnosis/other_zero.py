@@ -6,7 +6,7 @@ as one of its own. A ripple alone tells the shift but for whole periods: the sma
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -68,10 +68,10 @@ def zero_instead(selected: Selected, tolerance: float) -> OtherZero | None:
     reference, *others = dict.fromkeys(clocks)
     if not others:
         return None
-    first = _of_clock(data, reference)
+    first = data.of_clock(reference)
     alone = selected_model(first, selected.start.template).supported.model
     for clock in others:
-        shift = shift_of_zero(first, _of_clock(data, clock), alone, tolerance)
+        shift = shift_of_zero(first, data.of_clock(clock), alone, tolerance)
         if shift is not None:
             return OtherZero(clocks.index(clock), shift)
     return None
@@ -111,7 +111,7 @@ def shift_of_zero(
         return None
 
     def both(shift: float) -> AxisData:
-        return _together(first, zero.moved(shift))
+        return first.joined(other.from_zero(shift))
 
     def of_both(shift: float) -> FittedModel:
         return fit(both(shift), model.template, model.base, terms)
@@ -149,18 +149,10 @@ class _Zero:
     other: AxisData
     model: FittedModel
 
-    def moved(self, shift: float) -> AxisData:
-        """The recording, were its position to read less by a shift."""
-        segments = tuple(
-            replace(s, motion=replace(s.motion, position=s.motion.position - shift), cache={})
-            for s in self.other.segments
-        )
-        return replace(self.other, segments=segments, cache={})
-
     def left(self, shift: float) -> float:
         """Sum of squares that the model leaves, with an offset and a timing of the recording."""
         anew = fitted_anew(self.model)
-        left = residual_elsewhere(self.other, self.model, anew, self.moved(shift))
+        left = residual_elsewhere(self.other, self.model, anew, self.other.from_zero(shift))
         return float(left @ left)
 
     def near(self) -> tuple[float, float] | None:
@@ -195,34 +187,9 @@ class _Zero:
     def _length(self, probe: float) -> float:
         """Over which what depends on the position bends: of a ripple, its period over 2 pi;
         zero where nothing depends on it, and very long where nothing bends."""
-        less, here, more = (self.moved(s).predicted(self.model.axis) for s in (-probe, 0.0, probe))
+        less, here, more = (
+            self.other.from_zero(s).predicted(self.model.axis) for s in (-probe, 0.0, probe)
+        )
         slope, bend = (more - less) / 2.0, more - 2.0 * here + less
         at = self.other.valid
         return probe * rms(slope[at]) / max(rms(bend[at]), np.finfo(float).eps * rms(here[at]))
-
-
-def _of_clock(data: AxisData, clock: int) -> AxisData:
-    """The recording of a clock alone."""
-    segments = tuple(s for s in data.segments if s.motion.clock == clock)
-    clocks = np.array([s.motion.clock for s in data.segments])
-    at = clocks[data.recording] == clock
-    return replace(
-        data,
-        segments=segments,
-        effort=data.effort[at],
-        valid=data.valid[at],
-        block=data.block[at],
-        cache={},
-    )
-
-
-def _together(first: AxisData, other: AxisData) -> AxisData:
-    """Two recordings in one."""
-    return replace(
-        first,
-        segments=(*first.segments, *other.segments),
-        effort=np.concatenate([first.effort, other.effort]),
-        valid=np.concatenate([first.valid, other.valid]),
-        block=np.concatenate([first.block, other.block]),
-        cache={},
-    )

@@ -92,6 +92,38 @@ class AxisData:
         )
         return replace(self, segments=segments, cache={})
 
+    def of_clock(self, clock: int) -> "AxisData":
+        """The recordings on one clock alone."""
+        on_clock = np.array([s.motion.clock == clock for s in self.segments])
+        at = on_clock[self.recording]
+        return replace(
+            self,
+            segments=tuple(s for s in self.segments if s.motion.clock == clock),
+            effort=self.effort[at],
+            valid=self.valid[at],
+            block=self.block[at],
+            cache={},
+        )
+
+    def joined(self, other: "AxisData") -> "AxisData":
+        """These recordings and others."""
+        return replace(
+            self,
+            segments=(*self.segments, *other.segments),
+            effort=np.concatenate([self.effort, other.effort]),
+            valid=np.concatenate([self.valid, other.valid]),
+            block=np.concatenate([self.block, other.block]),
+            cache={},
+        )
+
+    def from_zero(self, zero: float) -> "AxisData":
+        """The same recordings, with positions from another zero."""
+        segments = tuple(
+            replace(s, motion=replace(s.motion, position=s.motion.position - zero), cache={})
+            for s in self.segments
+        )
+        return replace(self, segments=segments, cache={})
+
     def with_efforts_of(self, segments: tuple[Segment, ...]) -> "AxisData":
         """The same motion with the efforts (n,) of recordings that were moved in time."""
         effort = np.concatenate([s.effort[s.sample_index] for s in segments])
