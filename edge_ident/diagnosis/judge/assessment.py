@@ -181,6 +181,14 @@ class Assessment:
             return ""
         return named(t.candidate.effect).search.degenerate(t.values, float(self.model.base[0]))
 
+    def phases(self, kept: Sequence[int]) -> dict[int, str]:
+        """Reasons against delays along one sinusoid beside which more than noise is left."""
+        delays = [k for k in kept if self.model.terms[k].candidate.delays]
+        if not delays or self.search.data.several_speeds or self.rest(self.fitted(kept)) == 0.0:
+            return {}
+        reason = "along one sinusoid, all that answers with a phase looks like a delay"
+        return dict.fromkeys(delays, reason)
+
     def doubtful_sizes(self, kept: Sequence[int]) -> dict[int, str]:
         """Reasons against terms that have no certain or no possible size beside those kept, or have
         essential parameters near zero.

@@ -201,7 +201,8 @@ def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against causes that are another effect by their values, or none of the catalogue."""
     others = unnamed(assessed.search, assessed.fitted(kept))
     doubts = {k: assessed.degenerate(k) or others.get(place, "") for place, k in enumerate(kept)}
-    return assessed.doubtful_sizes(kept) | {k: reason for k, reason in doubts.items() if reason}
+    doubts = {k: reason for k, reason in doubts.items() if reason}
+    return assessed.doubtful_sizes(kept) | assessed.phases(kept) | doubts
 
 
 def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _Sorted:

@@ -22,6 +22,7 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
+from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
 MOTION = swing()
@@ -172,6 +173,29 @@ def test_a_rest_of_a_fifth_of_the_effort_is_unexplained_however_rough_the_formul
     monkeypatch.setattr(Criterion, "discrepancy", lambda *_: 10.0 * start.error)
     assert assessed.rest(start) > 0.1
     assert assessed.structure(start)
+
+
+@pytest.mark.parametrize(
+    ("rates", "disturbance", "doubtful"),
+    [([0.7], 0.0, False), ([0.7], 0.05, True), ([0.7, 2.3], 0.05, False)],
+)
+def test_a_delay_along_one_sinusoid_leaves_nothing_but_noise(
+    rates: list[float], disturbance: float, doubtful: bool
+) -> None:
+    """A chirp was a delay there, and the inertia far off."""
+    t = MOTION[0]
+    late = t - 0.06
+    x = sum(np.sin(rate * t) / rate for rate in rates)
+    v = sum(np.cos(rate * late) for rate in rates)
+    a = sum(-rate * np.sin(rate * late) for rate in rates)
+    effort = rigid(np.asarray(v), np.asarray(a)) + disturbance * np.sin(0.6 * t**2)
+    data = prepare_axis([recorded(t, np.asarray(x), effort, noise=0.02)], "x")
+    start = fit(data, TEMPLATE, np.zeros(4), ())
+    delay = FittedTerm(Candidate("time_delay", Form(("delay",))), {}, {"delay": 0.06})
+    model = fit(data, TEMPLATE, start.base, (delay,))
+    floor = NoiseFloor(0.02, 0.05, "known")
+    assessed = Assessment.of(Search.of(data, TEMPLATE, start), start, model, floor, 0.01)
+    assert (assessed.phases([0]) != {}) is doubtful
 
 
 @pytest.mark.parametrize(
