@@ -119,12 +119,10 @@ def _fitted_alternative(
     hidden = other.error - model.error < model.error - search.noise
     apart = (decided and not hidden) or search.gain(rest, other) < 0.0
     larger = np.sqrt(other.error / max(model.error, _TINY)) - 1.0
-    if apart:
-        evidence = f"in its place the residual is {larger:.1%} larger"
-    elif decided:
-        evidence = (
-            f"in its place the residual is {larger:.1%} larger, and both leave more than that"
-        )
+    if apart or decided:
+        than = "smaller" if larger < 0.0 else "larger"
+        evidence = f"in its place the residual is {abs(larger):.1%} {than}"
+        evidence += "" if apart else ", and both leave more than that"
     else:
         evidence = f"in its place the residual is as small ({larger:+.1%})"
     return Alternative(term.effect, apart, evidence, named(term.effect).search.experiment, term)

@@ -1,8 +1,10 @@
 """Encoder eccentricity: the disc is off centre, and the reading errs once per turn.
 
 reading = x + cosine·cos(2π·x/period) + sine·sin(2π·x/period). Where the reading is even, the true
-motion is uneven. It costs effort that grows with the square of the speed.
-Source: first harmonic of an eccentrically mounted graduation.
+motion is uneven. It costs effort that grows with the square of the speed. A resolver whose two
+windings differ errs twice per turn.
+Source: first harmonic of an eccentrically mounted graduation; Hanselman, IEEE Trans. Industrial
+Electronics 37 (1990) 556, for the resolver.
 """
 
 from dataclasses import replace
@@ -23,8 +25,8 @@ _ITERATIONS: Final = 5
 _CONVERGED: Final = 1e-13
 _SMALLEST: Final = 0.1
 """Smallest error of the reading that counts, over the encoder's resolution."""
-_TURN_RAD: Final = 2.0 * np.pi
-"""Period where the recorded angle is the encoder's own. A travel of less than a turn does not
+_TURNS_RAD: Final = (2.0 * np.pi, np.pi)
+"""Periods where the recorded angle is the encoder's own. A travel of less than a turn does not
 determine it."""
 
 
@@ -93,7 +95,7 @@ def _error(position: Array, values: Values) -> tuple[Array, Array]:
 
 EFFECT: Final = EncoderEccentricity(
     advice=Advice(
-        in_words="the position sensor is off its centre and errs once per turn",
+        in_words="the position sensor is off its centre or uneven, and errs at every turn",
         part="encoder, its hub and its coupling",
         action=(
             "Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the "
@@ -103,11 +105,14 @@ EFFECT: Final = EncoderEccentricity(
     search=SearchSpec(
         forms=(
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
-            Form(
-                ("cosine", "sine"),
-                rotary=True,
-                known=(("period", _TURN_RAD),),
-                changes=ChangesWith.STROKE,
+            *(
+                Form(
+                    ("cosine", "sine"),
+                    rotary=True,
+                    known=(("period", turn),),
+                    changes=ChangesWith.STROKE,
+                )
+                for turn in _TURNS_RAD
             ),
         ),
         signature="repeats every turn and grows with the square of the speed",

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ import pytest
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import separable
-from edge_ident.diagnosis.select.alternatives import compare_alternatives
+from edge_ident.diagnosis.select.alternatives import _fitted_alternative, compare_alternatives
 from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import fitted_base
+from edge_ident.model.model import Term
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     COARSE_S,
     TEMPLATE,
@@ -74,18 +76,47 @@ def test_an_alternative_that_was_not_fitted_says_what_it_would_leave() -> None:
         assert re.search(r"[1-9][0-9]*% larger, at the best values|not physical", other.evidence)
 
 
-@pytest.mark.parametrize("waves", [1.07, 1.63])
-def test_a_wave_that_hardly_repeats_is_a_load_or_a_ripple(waves: float) -> None:
+def wave_and_ripple(waves: float) -> dict:
+    """Alternatives of the cause where so many waves lie along the stroke, with little noise."""
+    motion = swing(seconds=10.0, period_s=COARSE_S)
+    return alternatives(*motion, period=float(np.ptp(motion[1])) / waves, noise=0.002)
+
+
+def test_a_wave_that_hardly_repeats_is_a_load_or_a_ripple() -> None:
     """The two have one formula, and different grids to search it on. With little noise, even a
     small difference of their periods is a difference of their residuals."""
-    motion = swing(seconds=10.0, period_s=COARSE_S)
-    found = alternatives(*motion, period=float(np.ptp(motion[1])) / waves, noise=0.002)
+    found = wave_and_ripple(1.63)
     pair = {"torque_ripple", "position_dependent_load"}
     (other,) = (found[effect] for effect in pair if found[effect] is not None)
     assert not other.separable
     larger = re.search(r"\(([+-][0-9.]+)%\)", other.evidence)
     assert larger is not None
     assert abs(float(larger[1])) < 1.0
+
+
+def test_a_wave_that_does_not_come_again_is_no_ripple() -> None:
+    found = wave_and_ripple(1.07)
+    assert found["position_dependent_load"] is None
+    assert found["torque_ripple"].term is None, "none of so few waves was tried"
+
+
+def test_a_resolver_that_errs_twice_a_turn_is_no_inertia_along_the_stroke() -> None:
+    """Both grow with the acceleration and with the speed squared."""
+    t, x, v, a = swing(seconds=10.0, period_s=COARSE_S)
+    x, v, a = 4.0 * x, 4.0 * v, 4.0 * a
+    read = x + 1.5e-3 * np.cos(2.0 * x + 0.4)
+    (cause,) = diagnosed(recorded(t, read, rigid(v, a), noise=0.5)).causes
+    assert cause.term.effect == "encoder_eccentricity"
+    assert cause.term.values["period"] == pytest.approx(np.pi)
+
+
+def test_an_alternative_that_fits_better_leaves_less() -> None:
+    term = Term("torque_ripple", {"cosine": 0.1, "sine": 0.0, "period": 1.0})
+    other = SimpleNamespace(error=0.9, terms=(SimpleNamespace(model_term=term),))
+    search = SimpleNamespace(gain=lambda before, after: 20.0, noise=0.0)
+    cause, rest = SimpleNamespace(error=1.0), SimpleNamespace(error=2.0)
+    found = _fitted_alternative(search, cause, rest, other)  # type: ignore[arg-type]
+    assert "5.1% smaller, and both leave more than that" in found.evidence
 
 
 def test_ten_units_separate() -> None:
@@ -98,7 +129,7 @@ def test_what_fits_worse_than_nothing_is_no_alternative_however_large_its_discre
 ) -> None:
     """A fit that has run away has an effort so large that its discrepancy covers every residual."""
     t, x, v, a = swing(seconds=10.0, period_s=COARSE_S)
-    effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / 6.0)
+    effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / 1.5)
     data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
     start = fitted_base(data, TEMPLATE)
     search = Search.of(data, TEMPLATE, start)
