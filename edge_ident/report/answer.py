@@ -112,7 +112,7 @@ def diagnosed_sentence(axis: "AxisDiagnosis") -> str:
             said.append(f"the recordings do not tell {this} from {listed(others)}")
     if suspected := [spoken(cause.term.effect) for cause in axis.suspected]:
         said.append(f"suspected only: {listed(dict.fromkeys(suspected))}")
-    return "; ".join(said)
+    return "; ".join(dict.fromkeys(said))  # two orders of ripple may have the same rivals
 
 
 def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Text]:

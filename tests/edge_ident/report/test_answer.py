@@ -142,6 +142,14 @@ def test_what_became_of_committed_gains_stands_before_the_tables(outcome: Outcom
     assert tables[0].startswith("board 4711, axis x: gains")
 
 
+def test_what_is_not_told_apart_is_said_once_of_two_causes_alike() -> None:
+    found = hand_made.diagnosis()
+    axis = found.axes["x"]
+    (cause,) = (c for c in axis.causes if c.inseparable)
+    twice = replace(found, axes={"x": replace(axis, causes=(cause, cause))})
+    assert block(diagnosis_answer(twice))[0].count("do not tell asymmetric friction") == 1
+
+
 def test_a_diagnosis_tells_causes_validation_and_where_to_look() -> None:
     found = hand_made.diagnosis(unexplained=True)
     shown = block(diagnosis_answer(found))
