@@ -168,18 +168,23 @@ def cached_regressors(
 ) -> Array:
     """Regressors (k, n) of a candidate on top of a model, computed once for the data and for what
     they depend on; for a form without linear parameters (1, n), its effort."""
-    key, needed = regressor_key(axis, candidate, nonlinear)
+    beside, needed = beside_key(axis, candidate)
+    key = point_key(beside, nonlinear)
     if key not in data.cache:
         data.cache[key] = regressors(data, needed, candidate, nonlinear)[0]
     return data.cache[key]
 
 
-def regressor_key(
-    axis: AxisModel, candidate: Candidate, nonlinear: Mapping[str, float]
-) -> tuple[Hashable, AxisModel]:
-    """What makes the regressors of a candidate, and the part of the model among it."""
+def beside_key(axis: AxisModel, candidate: Candidate) -> tuple[Hashable, AxisModel]:
+    """What makes the regressors of a candidate, but for its point, and the part of the model among
+    it."""
     needed = _beside(axis, candidate)
-    return (candidate, tuple(sorted(nonlinear.items())), effort_key(needed)), needed
+    return (candidate, effort_key(needed)), needed
+
+
+def point_key(beside: Hashable, nonlinear: Mapping[str, float]) -> Hashable:
+    """What makes the regressors at a point."""
+    return (beside, *sorted(nonlinear.items()))
 
 
 def base_regressor(data: AxisData) -> Array:

@@ -1,12 +1,11 @@
 """Regressors at the points of grids, and those that an earlier search or step computed."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, regressor_key, regressors
+from edge_ident.diagnosis.fit.candidates import Candidate, beside_key, point_key, regressors
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
@@ -48,7 +47,7 @@ class Searched:
         alike = before.keys() == grid.keys() and all(
             np.array_equal(before[name], grid[name]) for name in grid
         )
-        keys = (regressor_key(of, candidate, {})[0] for of in (self.axis, axis))
+        keys = (beside_key(of, candidate)[0] for of in (self.axis, axis))
         return alike and len(set(keys)) == 1 and _same_motion(self.data, data)
 
 
@@ -57,21 +56,17 @@ def grid_rows(data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid)
     return regressors(data, axis, candidate, grid)[..., data.valid]
 
 
-def kept_rows(
-    data: AxisData,
-    axis: AxisModel,
-    candidate: Candidate,
-    points: Grid,
-    kept: dict[Hashable, Array],
-) -> Array:
-    """Regressors (D, k, n) of a candidate at D points, where those that are not kept are added."""
-    keys = [(candidate, *values) for values in zip(*points.values(), strict=True)]
-    new = [place for place, key in enumerate(keys) if key not in kept]
+def kept_rows(data: AxisData, axis: AxisModel, candidate: Candidate, points: Grid) -> Array:
+    """Regressors (D, k, n) of a candidate at D points, at the valid samples. Those that are not
+    kept yet are computed together, and kept (`cached_regressors`)."""
+    beside, needed = beside_key(axis, candidate)
+    each = zip(*points.values(), strict=True)
+    keys = [point_key(beside, dict(zip(points, point, strict=True))) for point in each]
+    new = [place for place, key in enumerate(keys) if key not in data.cache]
     if new:
-        part = {name: values[new] for name, values in points.items()}
-        found = grid_rows(data, axis, candidate, part)
-        kept.update(zip((keys[place] for place in new), found, strict=True))
-    return np.stack([kept[key] for key in keys])
+        found = regressors(data, needed, candidate, {k: v[new] for k, v in points.items()})
+        data.cache.update(zip((keys[place] for place in new), found, strict=True))
+    return np.stack([data.cache[key] for key in keys])[..., data.valid]
 
 
 def _same_motion(data: AxisData, other: AxisData) -> bool:

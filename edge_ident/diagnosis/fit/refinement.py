@@ -115,11 +115,12 @@ def _along_line(
     candidate = scored.candidate
     (name,) = candidate.form.nonlinear
     offsets = _spacing(grid, name, scored.term.nonlinear) * around(1)[:, 0]
-    for _ in range(most_rounds):
+    for number in range(most_rounds):
         nonlinear = scored.term.nonlinear
         line = np.unique(_within(candidate, name, grid, nonlinear[name] + offsets))
         points = {k: np.full(len(line), v) for k, v in nonlinear.items()} | {name: line}
-        closer, errors = subspace.score_all(candidate, points, grid)
+        # from a point of the grid, the first line is that of other models, too
+        closer, errors = subspace.score_all(candidate, points, grid, recurring=number == 0)
         if np.isfinite(closer.error) and closer.error <= scored.error:
             scored = closer
         if _promised(line, errors) < _SETTLED * scored.error:

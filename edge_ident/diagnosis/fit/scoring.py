@@ -2,21 +2,15 @@
 
 from collections.abc import Hashable, Mapping, Set
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import (
-    Candidate,
-    adds,
-    cached_regressors,
-    regressor_key,
-    regressors,
-    term,
-)
+from edge_ident.diagnosis.fit.candidates import Candidate, adds, term
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
+from edge_ident.diagnosis.fit.grid_rows import grid_rows, kept_rows
 from edge_ident.diagnosis.fit.ignored_commands import ignored_command_penalty
 from edge_ident.diagnosis.fit.library import Grid, Library
 from edge_ident.diagnosis.fit.projection import Orthogonal, bounds_of, orthonormal
@@ -108,28 +102,18 @@ class ResidualSubspace:
         """The residual's component (n,) that is orthogonal to the basis."""
         return np.asarray(self.residual - self.basis @ (self.basis.T @ self.residual))
 
-    def regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
+    def regressors(
+        self, candidate: Candidate, nonlinear: Grid, *, recurring: bool = False
+    ) -> Array:
         """Regressors (D, k, n) of a candidate at the valid samples.
 
         Those of an effect that is integrated are kept: searches on several residuals begin around
-        the same point of its grid.
+        the same point of its grid. So are those of points that recur, where efforts add up.
         """
-        found = partial(regressors, self.data, self.axis, candidate, nonlinear)
-        if not (named(candidate.effect).memory_scale and adds(candidate)):
-            return found()[..., self.data.valid]
-        beside, kept = regressor_key(self.axis, candidate, {})[0], self.data.cache
-        key = (beside, *(values.tobytes() for values in nonlinear.values()))
-        if key not in kept:
-            kept[key] = found()
-        return kept[key][..., self.data.valid]
-
-    def recurring_regressors(self, candidate: Candidate, nonlinear: Grid) -> Array:
-        """The same where few points recur: each is kept where efforts add up."""
-        if self.key is None or not adds(candidate):
-            return self.regressors(candidate, nonlinear)
-        points = [dict(zip(nonlinear, p, strict=True)) for p in np.transpose([*nonlinear.values()])]
-        rows = [cached_regressors(self.data, self.axis, candidate, point) for point in points]
-        return np.array(rows)[..., self.data.valid]
+        recurring = recurring and self.key is not None
+        kept = adds(candidate) and (recurring or named(candidate.effect).memory_scale)
+        rows = kept_rows if kept else grid_rows
+        return rows(self.data, self.axis, candidate, nonlinear)
 
     def score(
         self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool = False
@@ -144,14 +128,15 @@ class ResidualSubspace:
         recurring : bool, optional
             Whether the same few sets are scored on other models, too.
         """
-        found = self.recurring_regressors if recurring else self.regressors
-        return self.score_at(candidate, nonlinear, found(candidate, nonlinear), grid)
+        rows = self.regressors(candidate, nonlinear, recurring=recurring)
+        return self.score_at(candidate, nonlinear, rows, grid)
 
     def score_all(
-        self, candidate: Candidate, nonlinear: Grid, grid: Grid
+        self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool
     ) -> tuple[ScoredCandidate, Array]:
         """The best of D sets of nonlinear parameters, and the errors (D,) of all."""
-        errors, linear = self._fit(candidate, nonlinear, self.regressors(candidate, nonlinear))
+        rows = self.regressors(candidate, nonlinear, recurring=recurring)
+        errors, linear = self._fit(candidate, nonlinear, rows)
         return _best(candidate, nonlinear, errors, linear, grid), errors
 
     def score_library(

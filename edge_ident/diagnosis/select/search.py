@@ -5,7 +5,7 @@ projection on what that model spans (variable projection: Golub and Pereyra 1973
 refined between the points of their grids.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Self
@@ -68,8 +68,6 @@ class Search:
         That a term has to gain more than to enter.
     refinements : Refinements
         Candidates that were refined before.
-    refined_rows : dict
-        Regressors (k, n) at such points.
     """
 
     data: AxisData
@@ -84,7 +82,6 @@ class Search:
     deep: bool = False
     added: Threshold[float] = ADDED_TERM
     refinements: Refinements = field(default_factory=Refinements, compare=False)
-    refined_rows: dict[Hashable, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(
@@ -131,8 +128,8 @@ class Search:
             }
             for candidate, terms in found.items()
         }
-        axis, kept = build(self.template, self.excitation.base, ()), self.refined_rows
-        rows = {c: kept_rows(self.data, axis, c, points, kept) for c, points in more.items()}
+        axis = build(self.template, self.excitation.base, ())
+        rows = {c: kept_rows(self.data, axis, c, points) for c, points in more.items()}
         library = self.library.with_points(more, rows)
         return replace(self, library=library, refines=False, refinements=Refinements())
 
@@ -146,7 +143,6 @@ class Search:
             spectrum=self.spectrum.at(kept),
             library=self.library.at(kept),
             refinements=Refinements(),
-            refined_rows={},
         )
 
     @property
