@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -15,6 +14,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.sources import acting, together
+from edge_ident.model.waves import added
 
 Array = NDArray[np.float64]
 Kept = dict[object, Any]
@@ -66,9 +66,9 @@ def inverse_effort(
 
 
 def _sum(resistances: Sequence[Array], motion: Motion) -> Array:
-    """Of what terms resist with. What is no more than a zero takes no pass over all samples."""
-    found = [part for part in resistances if part.ndim or part]
-    return reduce(np.add, found) if found else np.zeros(motion.time_s.shape)
+    """Of what terms resist with, at all samples."""
+    total = added(*resistances)
+    return total if total.ndim else np.full(motion.time_s.shape, total)
 
 
 def _true_motion(

@@ -1,4 +1,6 @@
-"""Sinusoids of position or time, and what acts at one place."""
+"""Sinusoids of position or time, powers, and what acts at one place."""
+
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,3 +39,19 @@ def bump(position: Array, size: Array, place: Array, width: Array) -> Array:
     if not size.any():
         return np.zeros(())
     return np.asarray(size * np.exp(-np.square((position - place) / width)))
+
+
+def polynomial(x: Array, *coefficients: Array) -> Array:
+    """Powers of x from the first on. One without coefficients costs nothing."""
+    if not any(one.any() for one in coefficients):
+        return np.zeros(())
+    *lower, found = coefficients
+    for one in reversed(lower):
+        found = one + found * x
+    return found * x
+
+
+def added(*parts: Array) -> Array:
+    """Their sum. What is no more than a zero takes no pass over all samples."""
+    found = [part for part in parts if part.ndim or part]
+    return reduce(np.add, found) if found else np.zeros(())

@@ -53,7 +53,7 @@ class EncoderEccentricity(Effect):
             step -= motion.position
             step /= stretch
             position = position - step
-            if np.max(np.abs(step)) < _CONVERGED * np.max(np.abs(motion.position)):
+            if np.max(np.abs(step, out=step)) < _CONVERGED * np.max(np.abs(motion.position)):
                 break
         velocity = motion.velocity / stretch
         bend = -((2.0 * np.pi / values["period"]) ** 2) * error

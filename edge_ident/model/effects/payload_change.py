@@ -33,21 +33,22 @@ class PayloadChange(Effect):
 
     def load(self, at: Motion, values: Values) -> Array:
         """Weight."""
-        return values["offset"] * _changed(at, values)
+        return _from_change(at, values, values["offset"])
 
     def friction(self, at: Motion, values: Values) -> Array:
         """Dry friction of the payload."""
-        return values["coulomb_friction"] * _changed(at, values)
+        return _from_change(at, values, values["coulomb_friction"])
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """Mass of the payload."""
-        return values["inertia"] * _changed(at, values)
+        return _from_change(at, values, values["inertia"])
 
 
-def _changed(at: Motion, values: Values) -> Array:
-    """One from the change on, zero before and in other recordings."""
-    later = (at.time_s >= values["time"]) & (values["clock"] == at.clock)
-    return np.asarray(later, dtype=np.float64)
+def _from_change(at: Motion, values: Values, size: Array) -> Array:
+    """A size from the change on, zero before and in other recordings. Nothing costs nothing."""
+    if not size.any():
+        return np.zeros(())
+    return np.asarray(size * ((at.time_s >= values["time"]) & (values["clock"] == at.clock)))
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:

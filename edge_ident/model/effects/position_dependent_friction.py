@@ -18,7 +18,7 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import bump, wave
+from edge_ident.model.waves import added, bump, polynomial, wave
 
 
 class PositionDependentFriction(Effect):
@@ -42,10 +42,11 @@ class PositionDependentFriction(Effect):
         """Level above Coulomb friction, or below."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        away = x - values["centre"]
-        level = (values["gradient"] + values["curvature"] * away) * away
-        level = level + wave(angle, values["cosine"], values["sine"])
-        return np.asarray(level + bump(x, values["bump"], values["place"], values["width"]))
+        return added(
+            polynomial(x - values["centre"], values["gradient"], values["curvature"]),
+            wave(angle, values["cosine"], values["sine"]),
+            bump(x, values["bump"], values["place"], values["width"]),
+        )
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Passing the waves or the bump at top speed."""

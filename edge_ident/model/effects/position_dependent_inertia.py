@@ -18,7 +18,7 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import wave
+from edge_ident.model.waves import added, polynomial, wave
 
 _TURNS_RAD: Final = (2.0 * np.pi, np.pi)
 """Periods of what repeats once or twice per turn."""
@@ -53,8 +53,8 @@ class PositionDependentInertia(Effect):
         """What is moved beside the inertia of the base model."""
         away = at.position - values["centre"]
         angle = 2.0 * np.pi / values["period"] * at.position
-        moved = (values["slope"] + values["curvature"] * away) * away
-        return np.asarray(moved + wave(angle, values["cosine"], values["sine"]))
+        moved = polynomial(away, values["slope"], values["curvature"])
+        return added(moved, wave(angle, values["cosine"], values["sine"]))
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Passing the waves at top speed."""

@@ -22,7 +22,7 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, Link, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import bump, wave
+from edge_ident.model.waves import added, bump, polynomial, wave
 
 _TURN_RAD: Final = 2.0 * np.pi
 _MOST_WAVES: Final = 2.0
@@ -59,13 +59,15 @@ class PositionDependentLoad(Effect):
         """Powers, sinusoid and bump."""
         x = at.position
         angle = 2.0 * np.pi / values["period"] * x
-        load = (values["stiffness"] + (values["curvature"] + values["cubic"] * x) * x) * x
-        load = load + wave(angle, values["cosine"], values["sine"])
-        load = load + bump(x, values["bump"], values["place"], values["width"])
+        parts = [
+            polynomial(x, values["stiffness"], values["curvature"], values["cubic"]),
+            wave(angle, values["cosine"], values["sine"]),
+            bump(x, values["bump"], values["place"], values["width"]),
+        ]
         if at.source is not None:
             both = x + at.source.position
-            load = load + wave(both, values["sum_cosine"], values["sum_sine"])
-        return np.asarray(load)
+            parts.append(wave(both, values["sum_cosine"], values["sum_sine"]))
+        return added(*parts)
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance on the steepest slope, at most ten seconds of travel away."""
