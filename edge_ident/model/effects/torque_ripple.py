@@ -17,9 +17,6 @@ from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
-_FEWEST_WAVES: Final = 1.5
-"""Fewest over the travel. What is not seen to come again is a load along the stroke."""
-
 
 class TorqueRipple(Effect):
     """One order of a load that repeats with the position."""
@@ -43,13 +40,9 @@ class TorqueRipple(Effect):
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
-    """From as few waves as show that they repeat, to what the filter passes."""
-    return {"period": excitation.periods(_FEWEST_WAVES, 2000.0)}
-
-
-def _physical(values: Values, excitation: Excitation) -> bool:
-    """As many waves after the refinement, too."""
-    return bool(np.all(excitation.travel >= _FEWEST_WAVES * values["period"]))
+    """From about one wave over the travel, which looks like a load along it, to what the filter
+    passes."""
+    return {"period": excitation.periods(0.75, 2000.0)}
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -82,7 +75,6 @@ EFFECT: Final = TorqueRipple(
         ),
         experiment="several speeds over the same stroke: --motion staircase",
         grid=_grid,
-        physical=_physical,
         essential=("period",),
         repeats=True,
     ),
