@@ -5,8 +5,9 @@ presliding and a compliant chain act at reversals, so mostly above it; strong on
 noise all the same. So where nothing is named, and the base model leaves more than noise in a wider
 band, causes are looked for there as well.
 
-Two things are no cause there. What is tied to a moment: a wider band holds more of a sound chain's
-ringing after a jerk, which happens once as well. And, where the usual band holds something that
+Three things are no cause there. What is tied to a moment: a wider band holds more of a sound
+chain's ringing after a jerk, which happens once as well. What explains little of what the base
+model leaves, although the rest is not worth naming. And, where the usual band holds something that
 nothing explains, anything that was not suspected there.
 """
 
@@ -15,6 +16,7 @@ from typing import Final
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.diagnosis.select.acceptance import beyond, explains_most, noise_limit
 from edge_ident.diagnosis.structure_elsewhere import leaves_structure
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
@@ -61,5 +63,9 @@ def settles(again: AxisDiagnosis, found: AxisDiagnosis, in_band: Verdict) -> boo
     causes = {cause.term.effect for cause in again.causes}
     suspected = {cause.term.effect for cause in found.suspected}
     if again.verdict is not Verdict.EXPLAINED or any(named(c).tied_to_time for c in causes):
+        return False
+    noise = noise_limit(again.noise_floor, uncertainty=0.0)
+    before, after = (beyond(fit.fitted, noise) for fit in (again.base, again.extended))
+    if not explains_most(before, after).accepted:
         return False
     return in_band is Verdict.ADEQUATE or causes <= suspected

@@ -89,6 +89,14 @@ def test_what_is_tied_to_a_moment_is_no_cause_of_a_wider_band() -> None:
     assert not settles(again, axis(Verdict.ADEQUATE), Verdict.ADEQUATE)
 
 
+@pytest.mark.parametrize(("left", "settled"), [(0.05, True), (0.07, False)])
+def test_what_explains_little_is_no_cause_of_a_wider_band(left: float, settled: bool) -> None:
+    again = axis(Verdict.EXPLAINED, ripple())
+    base, extended = replace(again.base, fitted=0.1), replace(again.extended, fitted=left)
+    again = replace(again, base=base, extended=extended, noise_floor=0.01)
+    assert settles(again, axis(Verdict.ADEQUATE), Verdict.ADEQUATE) is settled
+
+
 def test_a_band_is_no_wider_than_the_sampling_allows() -> None:
     band = Band(6.0, 3.0)
     assert band.wider(2.0, 0.0025) == Band(12.0, 3.0)
