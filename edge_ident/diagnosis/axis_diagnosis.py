@@ -207,9 +207,8 @@ def _with_other_zero(problem: AxisProblem, found: AxisSearch, shift: float | Non
     """The search with the finding that the other recording has another zero, if it has."""
     if shift is None:
         return found
-    sources = problem.validates[0].source, problem.recordings[0].source
-    unit = problem.template.position_unit
-    differs = zero_differs(*sources, shift, unit, blocks=False)
+    recording, reference = problem.validates[0], problem.recordings[0]
+    differs = zero_differs(recording, reference, problem.name, shift, blocks=False)
     return replace(found, checks=(*found.checks, differs))
 
 

@@ -173,9 +173,8 @@ def _other_zero(
     found = zero_instead(selected, tolerance)
     if found is None:
         return []
-    sources = recordings[found.place].source, recordings[0].source
-    unit = recordings[0].axes[name].position_unit
-    return [zero_differs(*sources, found.shift, unit, blocks=True)]
+    recording, reference = recordings[found.place], recordings[0]
+    return [zero_differs(recording, reference, name, found.shift, blocks=True)]
 
 
 def _blocked(checks: Sequence[Finding]) -> str | None:

@@ -25,6 +25,7 @@ from edge_ident.diagnosis.structure_elsewhere import lasting_terms
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
 
 _PER_LENGTH: Final = 0.5
 """Step of the shifts that are tried, of the length over which a model bends."""
@@ -77,13 +78,17 @@ def zero_instead(selected: Selected, tolerance: float) -> OtherZero | None:
     return None
 
 
-def zero_differs(source: str, reference: str, shift: float, unit: str, *, blocks: bool) -> Finding:
-    """What forbids to name causes that another zero of the position would hide or make up."""
+def zero_differs(
+    recording: Recording, reference: Recording, name: str, shift: float, *, blocks: bool
+) -> Finding:
+    """What is said of an axis whose position another zero shifts, and may forbid to name causes:
+    it would hide them or make them up."""
+    unit = reference.axes[name].position_unit
     return Finding(
         "zero_differs",
-        f"the position of {source} is {shift:+.3g} {unit} from that of {reference} at the same "
-        "place: so shifted, one model fits both",
-        f"give both the same zero: add {-shift:.3g} {unit} to the position of {source}",
+        f"the position of {recording.source} is {shift:+.3g} {unit} from that of "
+        f"{reference.source} at the same place: so shifted, one model fits both",
+        f"give both the same zero: add {-shift:.3g} {unit} to the position of {recording.source}",
         blocks=blocks,
     )
 
