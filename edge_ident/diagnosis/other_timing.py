@@ -10,6 +10,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.estimation.trust import Finding
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from edge_ident.signals.timing import beyond_limit
 
@@ -30,10 +31,10 @@ def timing_differs(alone: Mapping[str, AxisDiagnosis]) -> list[Finding]:
     alone : mapping of source to AxisDiagnosis
     """
     delays = {
-        source: float(cause.term.values["delay"])
+        source: float(cause.term.values[delay])
         for source, found in alone.items()
         for cause in found.causes
-        if cause.term.effect == "time_delay"
+        if (delay := named(cause.term.effect).effort_delay)
     }
     in_step = [source for source in alone if source not in delays]
     if not in_step:
