@@ -1,11 +1,15 @@
 """Sinusoids of position or time, powers, and what acts at one place."""
 
 from functools import reduce
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+TURNS_RAD: Final = (2.0 * np.pi, np.pi)
+"""Periods of what repeats once or twice per turn."""
 
 
 def wave(angle: Array, cosine: Array, sine: Array) -> Array:

@@ -18,16 +18,13 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import cosine_and_sine
+from edge_ident.model.waves import TURNS_RAD, cosine_and_sine
 
 _ITERATIONS: Final = 5
 """Most steps of Newton's method; errors that keep the reading increasing need fewer."""
 _CONVERGED: Final = 1e-13
 _SMALLEST: Final = 0.1
 """Smallest error of the reading that counts, over the encoder's resolution."""
-_TURNS_RAD: Final = (2.0 * np.pi, np.pi)
-"""Periods where the recorded angle is the encoder's own. A travel of less than a turn does not
-determine it."""
 
 
 class EncoderEccentricity(Effect):
@@ -112,7 +109,7 @@ EFFECT: Final = EncoderEccentricity(
                     known=(("period", turn),),
                     changes=ChangesWith.STROKE,
                 )
-                for turn in _TURNS_RAD
+                for turn in TURNS_RAD  # a travel of less than a turn does not determine one
             ),
         ),
         signature="repeats every turn and grows with the square of the speed",

@@ -18,10 +18,8 @@ from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import added, polynomial, wave
+from edge_ident.model.waves import TURNS_RAD, added, polynomial, wave
 
-_TURNS_RAD: Final = (2.0 * np.pi, np.pi)
-"""Periods of what repeats once or twice per turn."""
 _MOST_WAVES: Final = 2.0
 """Most waves over the travel, beside those of a turn. What repeats more often is rather an error of
 the encoder, whose effort also grows with the acceleration and with the speed squared."""
@@ -69,7 +67,7 @@ def _grid(excitation: Excitation) -> dict[str, Array]:
 def _physical(values: Values, excitation: Excitation) -> bool:
     """No more of them after the refinement either, but for those of a turn."""
     waves = excitation.travel / values["period"]
-    turns = [np.isclose(values["period"], turn) for turn in _TURNS_RAD]
+    turns = [np.isclose(values["period"], turn) for turn in TURNS_RAD]
     return bool(np.all(np.any(turns, axis=0) | (waves <= _MOST_WAVES + _ROUNDING)))
 
 
@@ -104,7 +102,7 @@ EFFECT: Final = PositionDependentInertia(
                 Form(
                     ("cosine", "sine"), rotary=True, known=(("period", turn),), several_speeds=True
                 )
-                for turn in _TURNS_RAD
+                for turn in TURNS_RAD
             ),
             Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE, several_speeds=True),
         ),
