@@ -12,6 +12,7 @@ from edge_ident.diagnosis.fit.attenuation import attenuation
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, jacobian_of
 from edge_ident.diagnosis.fit.held_out import standard_deviations
+from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.columns import unit_length
@@ -81,14 +82,28 @@ def _shows_inertia(data: AxisData, model: FittedModel, least: float = 0.0) -> bo
 
 
 def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bool:
-    """Whether a model may as well have no inertia, or less than half where a load may have it.
+    """Whether a model may as well have no inertia, or a spring took more than half of it.
 
-    Along one sinusoid a load differs from an inertia by what the position has beside the sinusoid.
-    If the encoder made that, the inertia is too small, and its deviation says nothing of it.
+    Along one sinusoid a spring differs from an inertia by what the position has beside the
+    sinusoid. If the encoder made that, the inertia is too small, and its deviation says nothing of
+    it. What else a load does, no inertia does, and no encoder.
     """
-    along = any(t.candidate.form.changes is ChangesWith.STROKE for t in model.terms)
     left, taken = model.base[0], start.base[0] - model.base[0]
-    return (along and not data.several_speeds and left < taken) or not _shows_inertia(data, model)
+    instead = left < taken and not data.several_speeds and _springs(data, start, model)
+    return instead or not _shows_inertia(data, model)
+
+
+def _springs(data: AxisData, start: FittedModel, model: FittedModel) -> bool:
+    """Whether more than half of the own effort of a term along the stroke is that of a spring."""
+    space = base_space(data, start)
+    filtered = [s.filter(s.motion.position[np.newaxis]) for s in data.segments]
+    position = np.hstack(filtered)[:, data.valid].T
+    spring = unit_length(position - space @ (space.T @ position))[0][:, 0]
+    for t, effort in zip(model.terms, own_efforts(data, model, space), strict=True):
+        shared = (spring @ effort) ** 2
+        if t.candidate.form.changes is ChangesWith.STROKE and shared > effort @ effort - shared:
+            return True
+    return False
 
 
 def _driving_friction(

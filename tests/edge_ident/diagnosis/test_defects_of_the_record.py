@@ -81,6 +81,15 @@ def test_what_takes_the_place_of_the_inertia_is_no_cause(wrong: float) -> None:
     assert found[0] == pytest.approx(INERTIA, rel=0.05)
 
 
+def test_a_load_that_bends_may_take_most_of_an_inertia() -> None:
+    """The base model takes the load for three quarters of its inertia, but its bend for nothing."""
+    position, effort = inside(*ideal())
+    axis = diagnose([recorded(position, effort - 1.5 * np.sin(position / 0.8))]).axes["x"]
+    assert axis.base.estimate.parameters[0] > 3.0 * INERTIA
+    assert (axis.verdict, named(axis)) == (Verdict.EXPLAINED, ["position_dependent_load"])
+    assert axis.extended.estimate.parameters[0] == pytest.approx(INERTIA, rel=0.1)
+
+
 def filtered(signal: Array, hz: float) -> Array:
     """Behind a first-order low-pass filter."""
     kept = np.exp(-2.0 * np.pi * hz * PERIOD_S)
