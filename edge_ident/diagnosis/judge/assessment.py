@@ -152,15 +152,17 @@ class Assessment:
     def of_a_chain(self, kept: Sequence[int]) -> list[int]:
         """Those of some terms, by their places, that say no more than a sound drive's chain does.
 
-        Their own efforts count, far from the reversals at which friction winds up any chain. Where
-        the model leaves more than noise, they may be traces of something else, whatever their size.
+        Their own efforts count, far from the reversals and the rests at which friction winds up any
+        chain. Where the model leaves more than noise, they may be traces of something else,
+        whatever their size.
         """
         stiff = [k for k in kept if self.sound(k)]
         if not stiff or self.structure(model := self.fitted(kept)):
             return stiff
-        most = STIFF_CHAIN.value * self.tolerance / self.scale
-        shares = dict(zip(kept, self.shares(model), strict=True))
-        return [k for k in stiff if shares[k] < most]
+        data, most = self.search.data, STIFF_CHAIN.value * self.tolerance
+        efforts = own_efforts(data, model, self.space) * data.far[data.valid]
+        sizes = dict(zip(kept, map(rms, efforts), strict=True))
+        return [k for k in stiff if sizes[k] < most]
 
     def sound(self, place: int) -> bool:
         """Whether the chain that a term of the model says is as stiff as that of a sound drive.
