@@ -21,6 +21,7 @@ from edge_ident.diagnosis.select.acceptance import (
     structure_left,
 )
 from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
+from edge_ident.diagnosis.select.held import held_travel, may_be_held
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
@@ -152,17 +153,18 @@ class Assessment:
     def of_a_chain(self, kept: Sequence[int]) -> list[int]:
         """Those of some terms, by their places, that say no more than a sound drive's chain does.
 
-        Their own efforts count, far from the reversals and the rests at which friction winds up any
-        chain. Where the model leaves more than noise, they may be traces of something else,
-        whatever their size.
+        Their own efforts count, but for where friction winds up any chain: reversals, and all that
+        is no farther from a stop than a sound chain gives way. Where the model leaves more than
+        noise, they may be traces of something else, whatever their size.
         """
         stiff = [k for k in kept if self.sound(k)]
         if not stiff or self.structure(model := self.fitted(kept)):
             return stiff
-        data, most = self.search.data, STIFF_CHAIN.value * self.tolerance
-        efforts = own_efforts(data, model, self.space) * data.far[data.valid]
+        data, travel = self.search.data, held_travel(model)
+        held = [may_be_held(s, travel)[s.sample_index] for s in data.segments]
+        efforts = own_efforts(data, model, self.space) * ~np.concatenate(held)[data.valid]
         sizes = dict(zip(kept, map(rms, efforts), strict=True))
-        return [k for k in stiff if sizes[k] < most]
+        return [k for k in stiff if sizes[k] < STIFF_CHAIN.value * self.tolerance]
 
     def sound(self, place: int) -> bool:
         """Whether the chain that a term of the model says is as stiff as that of a sound drive.

@@ -84,11 +84,6 @@ class AxisData:
         return bool(rms(left) > _APART * np.std(squared))
 
     @property
-    def far(self) -> NDArray[np.bool_]:
-        """Valid samples that no reversal or standstill reaches through the filter, (n,)."""
-        return np.concatenate([s.far for s in self.segments]) & self.valid
-
-    @property
     def noise_replica(self) -> "AxisData":
         """The same samples, with the encoder noise added to the motion a second time."""
         segments = tuple(

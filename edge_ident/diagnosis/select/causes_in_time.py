@@ -23,12 +23,12 @@ from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.recorded_effort import along, measured
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.select.held import held_travel, may_be_held, most_friction
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
+from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -59,10 +59,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     mapping of place to str
         Places are those of `model.terms`.
     """
-    inertia, _, coulomb, _ = np.maximum(model.axis.parameters, _TINY)
-    most = 2.0 * coulomb
-    wound_up = most / (inertia * (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2)
-    wound_up += sum(_held_travel(t) for t in model.terms)
+    most, travel = most_friction(model), held_travel(model)
     doubts = {}
     for k, t in enumerate(model.terms):
         if not tied_to_time(t):
@@ -70,7 +67,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
         largest = max(float(np.max(effort)) for effort in efforts)
         held = any(
-            _held_while(s, effort * s.direction_weight[:: s.stride], wound_up)
+            _held_while(s, effort * s.direction_weight[:: s.stride], travel)
             for s, effort in zip(data.segments, efforts, strict=True)
         )
         if held and largest <= most:
@@ -204,15 +201,10 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
     return doubts
 
 
-def _beyond(signal: Array, quiet: Mask) -> Array:
+def _beyond(signal: Array, quiet: NDArray[np.bool_]) -> Array:
     """How far a signal (N,) lies beyond its range at the quiet samples."""
     low, high = np.min(signal[quiet]), np.max(signal[quiet])
     return np.asarray(np.maximum(np.maximum(low - signal, signal - high), 0.0))
-
-
-def _held_travel(term: FittedTerm) -> float:
-    """Travel in which friction may hold the axis by a term of the model."""
-    return float(named(term.candidate.effect).held_travel(term.values))
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
@@ -225,32 +217,10 @@ def _everywhere(data: AxisData, model: FittedModel, index: int) -> Array:
     return np.concatenate([_of_term(s, model, index) for s in data.segments])
 
 
-def _held_while(segment: Segment, effort: Array, wound_up: float) -> bool:
+def _held_while(segment: Segment, effort: Array, travel: float) -> bool:
     """Whether friction may hold the axis while an effort (N,) acts, as far as it is compared."""
     energy = np.square(effort)
-    held = float(np.sum(energy[_may_be_held(segment, wound_up)]))
+    held = float(np.sum(energy[may_be_held(segment, travel)]))
     lasts_s = segment.period_s * np.sum(energy) / max(float(np.max(energy)), _TINY)
     resolved = lasts_s > 1.0 / segment.band.cutoff_hz
     return held > (HELD.value * float(np.sum(energy)) if resolved else 0.0)
-
-
-def _may_be_held(segment: Segment, wound_up: float) -> Mask:
-    """Samples (N,) no farther from a stop than a sound chain winds up, or the encoder resolves.
-
-    Smoothing over a time τ changes a speed by its second derivative times τ²/2. An axis that is
-    slower than that may have stopped.
-    """
-    motion = segment.motion
-    step_s = float(motion.time_s[1] - motion.time_s[0])
-    smoothed_s = 1.0 / (2.0 * np.pi * segment.motion_hz)
-    hidden = 0.5 * np.abs(np.gradient(motion.acceleration, step_s)) * smoothed_s**2
-    backwards = np.signbit(motion.velocity)
-    turned = np.diff(backwards, prepend=backwards[:1])
-    stops = np.flatnonzero((np.abs(motion.velocity) < hidden) | turned)
-    if not len(stops):
-        return np.zeros(len(motion.velocity), dtype=bool)
-    after = np.minimum(np.searchsorted(stops, np.arange(len(turned))), len(stops) - 1)
-    neighbours = motion.position[stops[[after, np.maximum(after - 1, 0)]]]
-    near = np.min(np.abs(motion.position - neighbours), axis=0)
-    resolved = segment.position_noise * np.sqrt(12.0)
-    return np.asarray(near <= max(wound_up, resolved))

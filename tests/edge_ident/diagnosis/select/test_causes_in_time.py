@@ -17,12 +17,12 @@ from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.judge.judgement import _in_time
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.causes_in_time import (
-    _may_be_held,
     at_standstill,
     brief,
     never_repeated,
 )
 from edge_ident.diagnosis.select.cross_validation import unsized
+from edge_ident.diagnosis.select.held import may_be_held
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import AxisModel, Term
@@ -84,7 +84,7 @@ def test_a_recording_that_ends_the_other_way_does_not_begin_with_a_stop() -> Non
     t, x, v, a = (signal[400:-400] for signal in motion())
     assert v[-1] < 0.0 < v[0]
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
-    assert not np.any(_may_be_held(data.segments[0], 0.05)[:50])
+    assert not np.any(may_be_held(data.segments[0], 0.05)[:50])
 
 
 def test_no_friction_is_as_large_as_that() -> None:
