@@ -9,8 +9,10 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
+from edge_ident.diagnosis.judge import assessment
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
@@ -18,6 +20,7 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Form
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     PERIOD_S,
     TEMPLATE,
@@ -102,24 +105,50 @@ def test_an_effort_that_is_not_in_the_record_counts_against_its_cause() -> None:
     assert size < -0.01
 
 
-@pytest.mark.parametrize(
-    ("rate_hz", "load", "causes"), [(30.0, 0.4, 0), (20.0, 0.25, 1), (6.0, 0.25, 1)]
-)
-def test_the_chain_of_a_sound_drive_is_no_cause(rate_hz: float, load: float, causes: int) -> None:
-    """A load that swings at 30 Hz is on a chain as stiff as any; one at 6 Hz is not, and one that
-    takes 3 % of the effort is no small matter."""
+def on_a_chain(rate_hz: float, load: float) -> Recording:
+    """A drive whose load swings behind an encoder on the motor."""
     t, x, v, a = MOTION
     base = Term(BASE, dict(zip(PARAMETERS, (0.5, 0.8, 1.1, 0.2), strict=True)))
     rate = 2.0 * np.pi * rate_hz
     spring = {"load_inertia": load, "rate": rate, "damping_ratio": 0.1, "deceleration": 3.0}
     axis = AxisModel((base, Term("coupling_compliance", spring)))
     effort = inverse_effort(axis, Motion.known(t, x, v, a))
-    found = diagnose([recorded(t, x, effort, noise=0.02)], stability=False).axes["x"]
+    return recorded(t, x, effort, noise=0.02)
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "load", "causes"), [(30.0, 0.4, 0), (20.0, 0.25, 1), (6.0, 0.25, 1)]
+)
+def test_the_chain_of_a_sound_drive_is_no_cause(rate_hz: float, load: float, causes: int) -> None:
+    """A load that swings at 30 Hz is on a chain as stiff as any; one at 6 Hz is not, and one that
+    takes 3 % of the effort is no small matter."""
+    found = diagnose([on_a_chain(rate_hz, load)], stability=False).axes["x"]
     assert len(found.causes) == causes
     if not causes:
         assert found.verdict is not Verdict.UNEXPLAINED
         for cause in found.minor:
             assert "sound drive" in cause.decision
+
+
+def test_what_a_sound_chain_does_while_friction_may_hold_the_table_is_no_fault(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With twice the friction over the inertia as its acceleration, it winds up by that over the
+    square of its rate."""
+    travels = []
+
+    def held(segment: Segment, travel: float) -> NDArray[np.bool_]:
+        travels.append(travel)
+        return np.ones(len(segment.motion.position), dtype=bool)
+
+    monkeypatch.setattr(assessment, "may_be_held", held)
+    found = diagnose([on_a_chain(20.0, 0.25)], stability=False).axes["x"]
+    assert (found.verdict, [cause.term.effect for cause in found.minor]) == (
+        Verdict.ADEQUATE,
+        ["coupling_compliance"],
+    )
+    most = 2.0 * 1.1 / 0.5 / (2.0 * np.pi * SOUND_RESONANCE_HZ) ** 2
+    assert travels == pytest.approx([most] * len(travels), rel=0.05)
 
 
 def test_a_sound_chain_is_as_stiff_whichever_effect_says_so() -> None:
