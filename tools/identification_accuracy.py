@@ -39,9 +39,9 @@ from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from firmware_interface.plant import EFFECTS
+from tools.diagnosis_benchmark.bias import mean_parameters
 from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, SINGLE, Case, plan
 from tools.diagnosis_benchmark.hiding import AXES, FOLDER, load_batch, simulate_batch
-from tools.diagnosis_benchmark.outcome import mean_parameters
 
 Array = NDArray[np.float64]
 

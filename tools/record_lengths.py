@@ -45,8 +45,8 @@ from firmware_interface.plant import (
     paper,
     simulate,
 )
+from tools.diagnosis_benchmark.bias import mean_parameters
 from tools.diagnosis_benchmark.hiding import AXES, recording_of
-from tools.diagnosis_benchmark.outcome import mean_parameters
 from tools.network_figures import NO_EFFECT, QUARTER_PHASE_RAD, QUARTER_SAMPLES
 
 Array = NDArray[np.float64]

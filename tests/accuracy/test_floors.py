@@ -18,7 +18,8 @@ from edge_ident.estimation.network import load_network
 from firmware_interface.plant import EFFECTS, multisine, paper
 from tests.hidden_drives import Batch, Drive, report
 from tools.diagnosis_benchmark import cases, hiding
-from tools.diagnosis_benchmark.outcome import SHOWS, Outcome, mean_parameters
+from tools.diagnosis_benchmark.bias import mean_parameters
+from tools.diagnosis_benchmark.outcome import SHOWS, Outcome
 from tools.diagnosis_benchmark.running import diagnose_case
 from tools.network_figures import Case as Identified
 from tools.network_figures import Setting

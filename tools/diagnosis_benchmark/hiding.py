@@ -34,7 +34,7 @@ from tools.diagnosis_benchmark.measuring import (
     added_share,
     variance_ratio,
 )
-from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace
+from tools.diagnosis_benchmark.reach import BANDS_HZ, MeasurementNoise, Trace
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,8 @@ class Hidden:
         without; K faults in each drive.
     share : (B, K) array
         Rms of what each fault alone adds that the base model cannot express, over the rms effort.
+    shares : (B, K, L) array
+        The same up to each of `reach.BANDS_HZ`.
     detectability : (B, K) array
         Of each fault alone: mean of the ideal test's statistic, in its standard deviations.
     """
@@ -79,7 +81,13 @@ class Hidden:
     axis: NDArray[np.intp]
     shows: Array
     share: Array
+    shares: Array
     detectability: Array
+
+    def share_up_to(self, row: int, end_hz: float) -> Array:
+        """Share (K,) of what each fault of one drive adds, up to the next of `reach.BANDS_HZ`."""
+        place = min(int(np.searchsorted(BANDS_HZ, end_hz)), len(BANDS_HZ) - 1)
+        return np.asarray(self.shares[row, :, place])
 
     def recording(self, row: int) -> Recording:
         """What the board of one drive recorded, as in a CSV file."""
@@ -178,6 +186,7 @@ def simulate_batch(batch: Batch) -> None:
         axis=axis,
         shows=measured["shows"],
         share=measured["share"],
+        shares=measured["shares"],
         detectability=measured["detectability"],
     )
     part.replace(path)
@@ -231,9 +240,9 @@ def _measured(
     batch: Batch, alone: Sequence[tuple[Recordings, Twin]], axis: NDArray[np.intp]
 ) -> dict[str, Array]:
     """How far each of K faults alone shows, what it adds, and how well it can be told, (B, K)."""
-    found = {
-        name: np.ones((batch.drives, len(alone))) for name in ("shows", "share", "detectability")
-    }
+    each = batch.drives, len(alone)
+    found = {name: np.ones(each) for name in ("shows", "share", "detectability")}
+    found["shares"] = np.ones((*each, len(BANDS_HZ)))
     if not alone:
         return found
     sound = _simulated(batch, [])
@@ -243,6 +252,7 @@ def _measured(
             above_band = batch.hidden[row][place] in ABOVE_BAND
             found["shows"][row, place] = variance_ratio(made, sound, row, hit)
             found["share"][row, place] = added_share(made, row, hit) if above_band else trace.share
+            found["shares"][row, place] = trace.shares
             found["detectability"][row, place] = trace.detectability
     return found
 

@@ -8,9 +8,9 @@ from rich.console import Console
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.model.model import PARAMETERS
+from tools.diagnosis_benchmark.bias import mean_parameters
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, fault_values, load_batch, simulate_batch
-from tools.diagnosis_benchmark.outcome import mean_parameters
 
 
 def print_case(case: Case, console: Console) -> None:

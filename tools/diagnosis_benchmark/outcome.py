@@ -6,20 +6,13 @@ from dataclasses import asdict, dataclass, replace
 from itertools import permutations
 from typing import Any, Final, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from edge_ident.diagnosis.result import Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel
-from edge_ident.model.motion import Motion
 from firmware_interface.plant import SAMPLE_S
+from tools.diagnosis_benchmark.bias import mean_parameters, relative_errors
 from tools.diagnosis_benchmark.cases import Case
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
 from tools.diagnosis_benchmark.measuring import ABOVE_BAND
-
-Array = NDArray[np.float64]
 
 SHOWS: Final = 2.0
 """Variance ratio from which a fault shows outside reversals."""
@@ -30,8 +23,6 @@ REACH: Final = 6.0
 square on average: 36, where 25 have to be left after a penalty of about 10."""
 DIFFERENT_CLOCKS: Final = (("time_delay",), "effort_late")
 """A hidden delay, and the finding that says so where it is longer than any loop bears."""
-JUDGED: Final = ("inertia", "viscous_friction", "coulomb_friction")
-"""Parameters whose bias is judged; the offset may be anything."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +75,8 @@ class Outcome:
         Variance ratio of each hidden effect alone, at this scale and at full size.
     share : tuple of float
         Of the rms effort, by each hidden effect, orthogonal to the base model, at full size.
+    share_compared : tuple of float
+        The same in the band that the diagnosis compared.
     detectability : tuple of float
         Of each hidden effect alone by the ideal test, at full size.
     shift_periods, found_shift_periods : float
@@ -114,6 +107,7 @@ class Outcome:
     shows: tuple[float, ...]
     shows_full: tuple[float, ...]
     share: tuple[float, ...] = ()
+    share_compared: tuple[float, ...] = ()
     detectability: tuple[float, ...] = ()
     shift_periods: float = 0.0
     found_shift_periods: float = 0.0
@@ -151,6 +145,12 @@ class Outcome:
     def within_reach(self) -> bool:
         """Whether every hidden effect counts, and the ideal test can tell it from noise."""
         return self.counts and all(index >= REACH for index in self.detectability)
+
+    @property
+    def compared(self) -> bool:
+        """Whether every hidden effect is above the tolerance in the band that was compared."""
+        known = bool(self.share_compared)
+        return known and all(share >= TOLERANCE for share in self.share_compared)
 
     @property
     def said(self) -> bool:
@@ -249,8 +249,10 @@ def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
     truth = hidden.truth[case.row, hit]
     before = axis.base.estimate.parameters
     after = mean_parameters(axis.model, float(hidden.time_s[-1]))
+    compared = load_batch(case.batch.full_size).share_up_to(case.row, axis.cutoff_hz)
     return replace(
         unjudged(case),
+        share_compared=tuple(compared.tolist()),
         verdict=str(axis.verdict),
         causes=named_in(axis.causes),
         suspected=named_in(axis.suspected),
@@ -259,39 +261,11 @@ def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
         found_shift_periods=float(axis.timing.shift_samples),
         sound_verdict=str(sound.verdict),
         sound_causes=named_in(sound.causes),
-        error_before=_relative(before, truth),
-        error_after=_relative(after, truth),
+        error_before=relative_errors(before, truth),
+        error_after=relative_errors(after, truth),
         held_out_before=float(axis.base.held_out),
         held_out_after=float(axis.extended.held_out),
         noise_floor=float(axis.noise_floor),
         cutoff_hz=float(axis.cutoff_hz),
         wall_s=wall_s,
     )
-
-
-def mean_parameters(model: AxisModel, duration_s: float) -> Array:
-    """Base parameters (4,) with what effects that change them in time add on average.
-
-    The truth of the plant is such a mean. An extended model has the parameters of the start of the
-    record and, for warm-up, of its end.
-    """
-    time_s = np.linspace(0.0, duration_s, 2001)
-    ones = np.ones_like(time_s)
-    motion = Motion.known(time_s, ones, ones, ones)
-    values, scale = model.parameters.astype(np.float64), ones
-    for term in model.terms[1:]:
-        effect, of = named(term.effect), {n: np.atleast_1d(v) for n, v in term.values.items()}
-        if effect.overrides("command") and effect.changes_base:
-            scale = effect.command(ones, time_s, of)
-            continue
-        # at unit speed and acceleration, forward
-        hooks = (effect.inertia, effect.load, effect.friction, effect.load)
-        for i, (name, hook) in enumerate(zip(PARAMETERS, hooks, strict=True)):
-            if name in effect.changes_base:
-                values[i] += np.mean(hook(motion, of))
-    return np.asarray(values * np.mean(scale))
-
-
-def _relative(found: Array, truth: Array) -> tuple[float, ...]:
-    part = slice(len(JUDGED))
-    return tuple((np.abs(found - truth)[part] / np.abs(truth[part])).tolist())

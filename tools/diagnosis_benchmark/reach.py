@@ -46,6 +46,9 @@ _MARGIN: Final = 3
 _BAND_HZ: Final = 20.0
 """Waveforms are compared up to here. Sound chains swing from 19 Hz on, and nobody knows the phase
 of such a swing. No band of `diagnose` is wider either."""
+BANDS_HZ: Final = tuple(np.arange(2.0, _BAND_HZ + 1.0, 2.0).tolist())
+"""Ends of narrower bands. A diagnosis compares up to where the encoder's noise covers the motion,
+often up to 5 or 10 Hz."""
 _WOUND_UP: Final = 2.0 * COUNT_RAD
 """Distance from a turning point within which the motor may creep while the table sticks: a sound
 chain winds up by less than a count to either side. On slow motions that lasts for a second."""
@@ -117,8 +120,17 @@ class Trace:
         Where the encoder does not show in which direction the table moves, friction may be
         anything, and nothing counts.
         """
+        return self.share_up_to(_BAND_HZ)
+
+    @property
+    def shares(self) -> list[float]:
+        """The same up to each of `BANDS_HZ`."""
+        return [self.share_up_to(end_hz) for end_hz in BANDS_HZ]
+
+    def share_up_to(self, end_hz: float) -> float:
+        """The share in a band that ends earlier."""
         kept = self.known[:, None]
-        left = self._left(lambda columns: _in_band(kept * columns))
+        left = self._left(lambda columns: _in_band(kept * columns, end_hz))
         return left / float(np.linalg.norm(self.effort))
 
     @property
@@ -195,9 +207,9 @@ class Trace:
         return len(angle)
 
 
-def _in_band(columns: Array) -> Array:
+def _in_band(columns: Array, end_hz: float = _BAND_HZ) -> Array:
     """Fourier coefficients (2 K, C) of columns (N, C) up to the band's end; norms are kept."""
-    count = int(_BAND_HZ * SAMPLE_S * len(columns)) + 1
+    count = int(end_hz * SAMPLE_S * len(columns)) + 1
     found = np.fft.rfft(columns, axis=0, norm="ortho")[:count]
     found[1:] *= np.sqrt(2.0)
     return np.concatenate([found.real, found.imag])

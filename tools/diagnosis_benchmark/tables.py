@@ -9,8 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from firmware_interface.plant import EFFECTS, UNKNOWN
+from tools.diagnosis_benchmark.bias import JUDGED
 from tools.diagnosis_benchmark.cases import CLEAN, MOTIONS, PAIRS, SINGLE, UNKNOWN_KIND
-from tools.diagnosis_benchmark.outcome import JUDGED, Outcome
+from tools.diagnosis_benchmark.outcome import Outcome
 from tools.interval_coverage import wilson
 
 _STRENGTH_BINS: Final = 8
@@ -77,6 +78,7 @@ def _rows(
 ) -> list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]]:
     """Title of each row of the headline, its cases, and what is counted."""
     within, within_pairs = ([o for o in some if o.within_reach] for some in (shown, pairs))
+    compared = [o for o in shown if o.compared]
     # of two effects that a report calls inseparable, the hidden one counts only where it says so
     return [
         ("single: first cause right", shown, lambda o: o.right),
@@ -88,6 +90,8 @@ def _rows(
         ("single: another effect first", shown, lambda o: bool(o.causes) and not o.met),
         ("single, within reach: first cause right", within, lambda o: o.right),
         ("single, within reach: nothing else named", within, lambda o: o.alone),
+        ("single, above 1 % as compared: first cause right", compared, lambda o: o.right),
+        ("single, above 1 % as compared: nothing else named", compared, lambda o: o.alone),
         ("pairs: both found (inseparable counts)", pairs, lambda o: o.found_all),
         ("pairs, within reach: both found", within_pairs, lambda o: o.found_all),
         ("pairs: verdict exact", pairs, lambda o: o.exact),
