@@ -5,8 +5,8 @@ The search is repeated on data that are disturbed by less than their noise (Mein
 That leaves about half of what the recordings say, at the same penalty for every parameter. So a
 term enters there where the criterion prefers it at all.
 Waveforms are compared and not parameters, because the parameters of one friction curve trade places
-freely. So do several waves of one effect, and what they add up to is compared as well. The motion
-is undisturbed. So the regressors of the first search serve all runs.
+freely. So do several waves of one effect, or of loads along the stroke, and what they add up to is
+compared as well. The motion is undisturbed. So the regressors of the first search serve all runs.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,12 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.forward_selection import select_again
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DISTURBED, KEPT_TERM, SAME_WAVEFORM
+from edge_ident.model.effects import named
+from edge_ident.model.search import ChangesWith
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -60,8 +62,8 @@ class DisturbedRuns:
         return replace(self, models=tuple(models), efforts=efforts)
 
     def times_found(self, model: FittedModel) -> list[int]:
-        """How many of the runs find each term of a model, or with others of its effect what they
-        add up to."""
+        """How many of the runs find each term of a model, or with others that trade places with it
+        what they add up to."""
         wanted = own_efforts(self.data, model, self.space)
         found = [
             self._found(model, wanted, run, seen)
@@ -76,10 +78,9 @@ class DisturbedRuns:
         alone = np.array([_among(effort, seen) for effort in wanted], dtype=np.bool_)
         found = alone.copy()
         for place in np.flatnonzero(~alone).tolist():
-            of_effect = list(model.of_effect(model.terms[place]))
-            lost = [k for k in of_effect if not alone[k]]
-            theirs = list(run.of_effect(model.terms[place]))
-            apart = np.sum(wanted[of_effect], axis=0) - np.sum(seen[theirs], axis=0)
+            alike, theirs = (_alike(of, model.terms[place]) for of in (model, run))
+            lost = [k for k in alike if not alone[k]]
+            apart = np.sum(wanted[alike], axis=0) - np.sum(seen[theirs], axis=0)
             found[place] = _same(apart, np.sum(wanted[lost], axis=0))
         return found
 
@@ -135,6 +136,21 @@ def _every_second(raw: Array, first: int) -> Array:
     """An effort (M,) interpolated between every second of its samples."""
     at = np.arange(len(raw))
     return np.asarray(CubicSpline(at[first::2], raw[first::2])(at))
+
+
+def _alike(model: FittedModel, term: FittedTerm) -> list[int]:
+    """Places of the added terms that trade places freely with a term: those of its effect and, with
+    a load along the stroke, all of these."""
+    along = _load_along_stroke(term)
+    others = [k for k, t in enumerate(model.terms) if along and _load_along_stroke(t)]
+    return sorted({*model.of_effect(term), *others})
+
+
+def _load_along_stroke(term: FittedTerm) -> bool:
+    """Whether a term is a sum of waves, bumps or bends over the position, and of nothing else."""
+    effect, form = named(term.candidate.effect), term.candidate.form
+    more = any(effect.overrides(hook) for hook in ("inertia", "friction"))
+    return form.changes is ChangesWith.STROKE and effect.overrides("load") and not more
 
 
 def _among(effort: Array, seen: Array) -> bool:

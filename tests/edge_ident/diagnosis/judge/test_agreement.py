@@ -28,10 +28,17 @@ class Rippled:
 
     def model(self, *periods: float) -> FittedModel:
         """With a ripple of each period."""
-        form = named("torque_ripple").search.forms[0]
-        ripple, zero = Candidate("torque_ripple", form), dict.fromkeys(form.linear, 0.0)
-        terms = tuple(FittedTerm(ripple, {"period": period}, zero) for period in periods)
-        return self.search.fit(self.start.base, terms)
+        return self.waves(*(("torque_ripple", period) for period in periods))
+
+    def waves(self, *waves: tuple[str, float]) -> FittedModel:
+        """With a wave of each effect and period."""
+        terms = []
+        for effect, period in waves:
+            forms = named(effect).search.forms
+            form = next(form for form in forms if form.nonlinear == ("period",))
+            zero = dict.fromkeys(form.linear, 0.0)
+            terms.append(FittedTerm(Candidate(effect, form), {"period": period}, zero))
+        return self.search.fit(self.start.base, tuple(terms))
 
     def runs(self, *models: FittedModel) -> DisturbedRuns:
         """Disturbed runs that found these models."""
@@ -102,9 +109,11 @@ def test_runs_that_add_nothing_replace_nothing(rippled: Rippled) -> None:
     assert agreed(rippled.search, rippled.start, selected, runs) == (selected, [5, 1])
 
 
-def test_slow_waves_that_trade_places_are_found_by_what_they_add_up_to() -> None:
+@pytest.mark.parametrize("effect", ["torque_ripple", "position_dependent_load"])
+def test_slow_waves_that_trade_places_are_found_by_what_they_add_up_to(effect: str) -> None:
+    """A load along the stroke and a ripple have one formula."""
     slow = with_ripples(5.0)
-    model, run = slow.model(4.5, 6.0), slow.model(15.0, 5.5)
+    model, run = slow.model(4.5, 6.0), slow.waves((effect, 15.0), ("torque_ripple", 5.5))
     space = base_space(slow.search.data, slow.start)
     efforts = [own_efforts(slow.search.data, one, space) for one in (model, run)]
     for effort in efforts[0]:
