@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
-from edge_ident.diagnosis.above_band.spectral_lines import Periodogram, over_time
+from edge_ident.diagnosis.above_band.spectral_lines import Periodogram, over_time, refined
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,25 @@ def clipped(wide: WideSignals, left: Array) -> Array:
 
 
 def lines_over_time(wide: WideSignals, residual: Array) -> Periodogram:
-    """Lines in time of a residual above the band (N,)."""
+    """Lines in time of a residual above the band (N,).
+
+    Where directions are often unknown, the weight has gaps, and a line leaks through them over the
+    noise that it is to stand out of. So the noise about the highest ordinate is measured without
+    the line that it would be.
+    """
+    found = _lines(wide, residual)
+    if not len(found.rate) or np.any(found.prominence > 1.0):
+        return found
+    highest = float(found.rate[np.argmax(found.prominence)])
+    rate = refined(wide.weight * residual, wide.time_s, highest, found.cell)
+    line = wide.above(wide.waves(wide.time_s, rate))
+    rest = _lines(wide, left_beside(line, residual[np.newaxis])[0])
+    near = np.abs(found.rate - rate) < found.cell
+    quieter = np.minimum(found.level, rest.level)
+    return replace(found, level=np.where(near, quieter, found.level))
+
+
+def _lines(wide: WideSignals, residual: Array) -> Periodogram:
     lowest = max(wide.cutoff_hz, _FEWEST_PERIODS / (wide.period_s * len(residual)))
     turn = 2.0 * np.pi
     found = over_time(
