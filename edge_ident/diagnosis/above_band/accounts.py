@@ -23,6 +23,8 @@ _CLIPPED: Final = 5.0
 _MEDIAN_OF_NORMAL: Final = 0.6745
 _HIDDEN: Final = 0.5
 """Share of the acceleration that is left at a frequency, below which encoder noise hides it."""
+_LEAKED: Final = 0.5
+"""Share of the noise about a line that stays without it, below which the line made most of it."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -79,8 +81,8 @@ def lines_over_time(wide: WideSignals, residual: Array) -> Periodogram:
     """Lines in time of a residual above the band (N,).
 
     Where directions are often unknown, the weight has gaps, and a line leaks through them over the
-    noise that it is to stand out of. So the noise about the highest ordinate is measured without
-    the line that it would be.
+    noise that it is to stand out of. So where most of the noise about the highest ordinate goes
+    with the line that it would be, what stays is the noise.
     """
     found = _lines(wide, residual)
     if not len(found.rate) or np.any(found.prominence > 1.0):
@@ -89,9 +91,8 @@ def lines_over_time(wide: WideSignals, residual: Array) -> Periodogram:
     rate = refined(wide.weight * residual, wide.time_s, highest, found.cell)
     line = wide.above(wide.waves(wide.time_s, rate))
     rest = _lines(wide, left_beside(line, residual[np.newaxis])[0])
-    near = np.abs(found.rate - rate) < found.cell
-    quieter = np.minimum(found.level, rest.level)
-    return replace(found, level=np.where(near, quieter, found.level))
+    leaked = (np.abs(found.rate - rate) < found.cell) & (rest.level < _LEAKED * found.level)
+    return replace(found, level=np.where(leaked, rest.level, found.level))
 
 
 def _lines(wide: WideSignals, residual: Array) -> Periodogram:
