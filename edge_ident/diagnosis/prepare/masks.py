@@ -30,7 +30,7 @@ _TAPER_PERIODS: Final = 0.4
 """Cut-off periods over which the direction weight falls to zero, and rises again. A sharper edge
 would spread over the band."""
 _RUN_IN: Final = 0.1
-"""Distance from the start, of the travel, before which friction and play remember the time before
+"""Part of the travel that the axis covers before friction and play have forgotten the time before
 the record. What builds up over a longer distance is not searched for."""
 _STILL_NOISE: Final = 6.0
 """Range of the position, in the same unit, of an axis at rest: less than two counts."""
@@ -62,8 +62,13 @@ def direction_weight(unknown: Mask, cutoff_hz: float, period_s: float) -> Array:
 
 
 def run_in(position: Array) -> int:
-    """First of N samples that is far from the start."""
-    return int(np.argmax(np.abs(position - position[0]) > _RUN_IN * np.ptp(position)))
+    """First of N samples up to which the axis has covered a part of the travel.
+
+    A play or a presliding of that width has forgotten the time before the record then, on whichever
+    side of the start that part lies (wiping out, Mayergoyz, Phys. Rev. Lett. 56 (1986) 1518).
+    """
+    covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
+    return int(np.argmax(covered > _RUN_IN * np.ptp(position)))
 
 
 def tapered(mask: Mask, by: float) -> Array:
