@@ -1,9 +1,8 @@
 """Causes in time that friction or an extreme of the motion may imitate, or that are too many.
 
 Friction at a stop answers whatever pushes, up to its level in either direction. So what the effort
-does there, within twice the Coulomb friction, is no evidence of an event: a sound axis does it,
-too. While the table sticks, its chain winds up, and an encoder on the motor sees it creep; so does
-one on a guide with presliding.
+does there (`held`), within twice the Coulomb friction, is no evidence of an event: a sound axis
+does it, too.
 
 An event shows in that the same motion did without it at another time. At a higher speed or under
 more effort than ever else, any law that bends or ends there looks like an event. An end stop that
