@@ -18,9 +18,9 @@ FALSE_ALARM: Final = 1e-3
 """Probability that noise alone makes a line anywhere in a spectrum."""
 _OVERSAMPLED: Final = 2
 """Ordinates per resolution cell."""
-_CELLS: Final = 48
+CELLS: Final = 48
 """Resolution cells in a block of the running median. Its density is then known to 20 %."""
-_REPEATED: Final = 4.0
+REPEATED: Final = 4.0
 """Factor on the noise level at harmonics of the motion: what repeats with it is not exponentially
 distributed, and a second lap is no second look."""
 _FEWEST_HARMONICS: Final = 24
@@ -73,7 +73,7 @@ class Periodogram:
         harmonics = self.power[at.astype(np.intp)]
         if not len(harmonics):
             return self
-        half = int(np.ceil(_CELLS * self.cell / fundamental / 2.0))
+        half = int(np.ceil(CELLS * self.cell / fundamental / 2.0))
         half = min(max(half, _FEWEST_HARMONICS // 2), (len(harmonics) - 1) // 2)
         windows = np.lib.stride_tricks.sliding_window_view(
             np.pad(harmonics, half, mode="reflect"), 2 * half + 1
@@ -81,7 +81,7 @@ class Periodogram:
         level = np.quantile(windows, 0.75, axis=1) / np.log(4.0)
         off = np.abs(self.rate / fundamental - np.round(self.rate / fundamental)) * fundamental
         on = np.interp(self.rate, numbers * fundamental, level)
-        raised = np.where(off < self.cell, _REPEATED * np.maximum(self.level, on), self.level)
+        raised = np.where(off < self.cell, REPEATED * np.maximum(self.level, on), self.level)
         return replace(self, level=raised)
 
     def rate_std(self, power: float, level: float) -> float:
@@ -110,7 +110,7 @@ def over_time(
     inside = (rate >= lowest) & (rate <= highest)
     found = _of(rate[inside], power[inside], cell)
     # noise that falls steeply is no line where it is highest
-    return replace(found, level=np.maximum(found.level, local_level(found.power, _CELLS // 2)))
+    return replace(found, level=np.maximum(found.level, local_level(found.power, CELLS // 2)))
 
 
 def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]) -> Periodogram:
@@ -139,7 +139,7 @@ def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]
     return _of(rate[inside], power, cell)
 
 
-def local_level(power: Array, cells: int = _CELLS) -> Array:
+def local_level(power: Array, cells: int = CELLS) -> Array:
     """Mean of exponentially distributed ordinates (F,), by a running median over so many cells."""
     half = cells * _OVERSAMPLED // 2
     blocks = len(power) // half
