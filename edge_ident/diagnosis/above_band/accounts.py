@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
 from edge_ident.diagnosis.above_band.spectral_lines import (
-    CELLS,
     REPEATED,
     Periodogram,
     over_time,
@@ -94,19 +93,13 @@ def lines_over_time(wide: WideSignals, residual: Array) -> Periodogram:
     if not len(found.rate) or np.any(found.prominence > 1.0):
         return found
     k = int(np.argmax(found.prominence))
-    if _most_leakage(wide) * found.power[k] < _LEAKED * found.level[k]:
+    if REPEATED * wide.leakage * found.power[k] < _LEAKED * found.level[k]:
         return found
     rate = refined(wide.weight * residual, wide.time_s, float(found.rate[k]), found.cell)
     line = wide.above(wide.waves(wide.time_s, rate))
-    rest = _lines(wide, left_beside(line, residual[np.newaxis])[0])
+    rest = _lines(wide, left_beside(line, residual))
     leaked = (np.abs(found.rate - rate) < found.cell) & (rest.level < _LEAKED * found.level)
     return replace(found, level=np.where(leaked, rest.level, found.level))
-
-
-def _most_leakage(wide: WideSignals) -> float:
-    """Largest level of what a line leaks through the gaps of the weight, over its power."""
-    gaps = np.abs(np.fft.rfft(wide.weight**2)) ** 2
-    return REPEATED * float(np.max(gaps[1:CELLS]) / max(gaps[0], _TINY))
 
 
 def _lines(wide: WideSignals, residual: Array) -> Periodogram:

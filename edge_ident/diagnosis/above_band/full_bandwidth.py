@@ -9,6 +9,7 @@ import scipy.fft
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.above_band.spectral_lines import CELLS
 from edge_ident.diagnosis.prepare.masks import direction_weight
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.estimation.compensation import compensate_effects
@@ -183,6 +184,13 @@ class WideSignals:
                 shift = 0.5 * (before - after) / (before - 2.0 * here + after)
                 return float((lag + shift) * self.period_s)
         return None
+
+    @cached_property
+    def leakage(self) -> float:
+        """Largest power of a line beside it, through the gaps of the weight, over that of the
+        line."""
+        gaps = np.abs(np.fft.rfft(self.weight**2)) ** 2
+        return float(np.max(gaps[1:CELLS]) / max(gaps[0], _TINY))
 
     @cached_property
     def halves(self) -> tuple[slice, slice]:

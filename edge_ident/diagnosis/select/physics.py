@@ -95,15 +95,16 @@ def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bo
 
 def _springs(data: AxisData, start: FittedModel, model: FittedModel) -> bool:
     """Whether more than half of the own effort of a term along the stroke is that of a spring."""
+    along = [t.candidate.form.changes is ChangesWith.STROKE for t in model.terms]
+    if not any(along):
+        return False
     space = base_space(data, start)
-    filtered = [s.filter(s.motion.position[np.newaxis]) for s in data.segments]
-    position = np.hstack(filtered)[:, data.valid].T
-    spring = unit_length(position - space @ (space.T @ position))[0][:, 0]
-    for t, effort in zip(model.terms, own_efforts(data, model, space), strict=True):
-        shared = (spring @ effort) ** 2
-        if t.candidate.form.changes is ChangesWith.STROKE and shared > effort @ effort - shared:
-            return True
-    return False
+    filtered = np.concatenate([s.filter(s.motion.position) for s in data.segments])
+    position = filtered[data.valid, np.newaxis]
+    spring, _ = unit_length(position - space @ (space.T @ position))
+    efforts = own_efforts(data, model, space)[along]
+    shared = np.sum(np.square(efforts @ spring), axis=1)
+    return bool(np.any(shared > np.sum(np.square(efforts), axis=1) - shared))
 
 
 def _driving_friction(
