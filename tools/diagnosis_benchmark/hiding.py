@@ -251,8 +251,8 @@ def _measured(
             trace = _trace(batch, made, twin, row, hit)
             above_band = batch.hidden[row][place] in ABOVE_BAND
             found["shows"][row, place] = variance_ratio(made, sound, row, hit)
-            found["share"][row, place] = added_share(made, row, hit) if above_band else trace.share
-            found["shares"][row, place] = trace.shares
+            found["shares"][row, place] = shares = trace.shares
+            found["share"][row, place] = added_share(made, row, hit) if above_band else shares[-1]
             found["detectability"][row, place] = trace.detectability
     return found
 

@@ -149,8 +149,8 @@ class Outcome:
     @property
     def compared(self) -> bool:
         """Whether every hidden effect is above the tolerance in the band that was compared."""
-        known = bool(self.share_compared)
-        return known and all(share >= TOLERANCE for share in self.share_compared)
+        shares = self.share_compared
+        return bool(shares) and min(shares) >= TOLERANCE
 
     @property
     def said(self) -> bool:

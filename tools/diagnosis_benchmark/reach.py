@@ -185,7 +185,7 @@ class Trace:
         steps = np.stack([speed, np.sign(speed), self.torque])
         return np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
 
-    @property
+    @cached_property
     def known(self) -> NDArray[np.bool_]:
         """Samples at which the encoder shows in which direction the table moves, (N,)."""
         stamps = self.lead + STEPS_PER_SAMPLE * np.arange(len(self.effort))
