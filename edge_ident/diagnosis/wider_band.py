@@ -5,10 +5,10 @@ presliding and a compliant chain act at reversals, so mostly above it; strong on
 noise all the same. So where nothing is named, and the base model leaves more than noise in a wider
 band, causes are looked for there as well.
 
-Three things are no cause there. What is tied to a moment: a wider band holds more of a sound
-chain's ringing after a jerk, which happens once as well. What explains little of what the base
-model leaves, although the rest is not worth naming. And, where the usual band holds something that
-nothing explains, anything that was not suspected there.
+Three things are no cause there. What explains little of what the base model leaves, although the
+rest is not worth naming. Where the usual band holds nothing to explain, what is tied to a moment: a
+wider band holds more of a sound chain's ringing after a jerk, which happens once as well. Where it
+holds something that nothing explains, anything that was not suspected there.
 """
 
 from typing import Final
@@ -60,12 +60,13 @@ def settles(again: AxisDiagnosis, found: AxisDiagnosis, in_band: Verdict) -> boo
     in_band : Verdict
         In the usual one, without what lies above it.
     """
-    causes = {cause.term.effect for cause in again.causes}
-    suspected = {cause.term.effect for cause in found.suspected}
-    if again.verdict is not Verdict.EXPLAINED or any(named(c).tied_to_time for c in causes):
+    if again.verdict is not Verdict.EXPLAINED:
         return False
     noise = noise_limit(again.noise_floor, uncertainty=0.0)
     before, after = (beyond(fit.fitted, noise) for fit in (again.base, again.extended))
     if not explains_most(before, after).accepted:
         return False
-    return in_band is Verdict.ADEQUATE or causes <= suspected
+    causes = {cause.term.effect for cause in again.causes}
+    if in_band is Verdict.ADEQUATE:
+        return not any(named(effect).tied_to_time for effect in causes)
+    return causes <= {cause.term.effect for cause in found.suspected}

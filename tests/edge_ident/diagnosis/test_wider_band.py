@@ -83,10 +83,14 @@ def test_beside_something_unexplained_only_what_was_suspected_is_confirmed() -> 
         assert settles(again, suspicious, verdict) is settled
 
 
-def test_what_is_tied_to_a_moment_is_no_cause_of_a_wider_band() -> None:
+def test_what_is_tied_to_a_moment_has_to_show_in_the_usual_band() -> None:
+    """A sound chain rings after a jerk, which a wider band alone shows."""
     pulse = replace(ripple(), term=Term("disturbance_event", {"time": 1.0, "level": 1.0}))
     again = replace(axis(Verdict.EXPLAINED, ripple()), causes=(pulse,))
+    suspicious = replace(axis(Verdict.UNEXPLAINED), suspected=(pulse,))
     assert not settles(again, axis(Verdict.ADEQUATE), Verdict.ADEQUATE)
+    assert not settles(again, axis(Verdict.UNEXPLAINED), Verdict.UNEXPLAINED)
+    assert settles(again, suspicious, Verdict.UNEXPLAINED)
 
 
 @pytest.mark.parametrize(("left", "settled"), [(0.05, True), (0.07, False)])
