@@ -11,7 +11,7 @@ from firmware_interface.plant import COUNT_RAD, SAMPLE_S
 from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
 from tests.test_evaluation import outcome
 from tools.diagnosis_benchmark.outcome import REACH
-from tools.diagnosis_benchmark.reach import BANDS_HZ, MeasurementNoise, Trace
+from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace
 
 Array = NDArray[np.float64]
 
@@ -70,12 +70,15 @@ def test_a_longer_shift_is_something() -> None:
     assert trace(0.0 * SOUND, late=25).detectability > REACH
 
 
-def test_a_narrower_band_holds_less() -> None:
-    """A wave of 5.3 Hz lies above the first two bands, and in all others."""
-    shares = trace(wave(5.3)).shares
-    assert len(shares) == len(BANDS_HZ)
-    assert max(shares[:2]) < 0.2 * shares[-1]
-    assert min(shares[2:]) == pytest.approx(shares[-1], rel=0.05)
+@pytest.mark.parametrize("late", [0, 7, -15])
+def test_what_is_added_is_the_waveform_itself(late: int) -> None:
+    """In step with the record, and but for what other base parameters and a chain take of it."""
+    swing = wave(5.3)
+    seen = trace(swing, late=late, chain=wave(3.1))
+    first = LEAD - STEPS_PER_SAMPLE // 2 - late
+    steps = swing[first : first + SAMPLES * STEPS_PER_SAMPLE]
+    true = steps.reshape(SAMPLES, STEPS_PER_SAMPLE).mean(axis=1)
+    assert np.std(seen.added - true) < 0.05 * np.std(true)
 
 
 def test_in_white_noise_it_is_the_energy_over_the_variance() -> None:

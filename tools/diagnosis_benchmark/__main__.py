@@ -14,8 +14,9 @@ What counts, and how:
   express, is at least 1 % of the rms effort up to 20 Hz, where the encoder shows the direction.
 - Rows of their own count what is within reach as well: an ideal test, which knows the waveform and
   the noise, tells it from noise (d of 6, `reach.py`).
-- Others count what is above the tolerance in the band that `diagnose` compared: up to the cut-off
-  that it chose, rounded up to the next 2 Hz.
+- Others count what is above the tolerance in what `diagnose` compares: the plant's effect, weighted
+  and filtered as the recorded effort is, at the same samples. By that measure an axis is adequate
+  where nothing above the tolerance is left.
 - A first cause is right when it is the hidden effect. A tie is not right: where the report calls
   another effect first and the hidden one its only inseparable alternative, a row of its own counts
   it. 'Nothing else named' and 'pairs' count it.

@@ -34,7 +34,7 @@ from tools.diagnosis_benchmark.measuring import (
     added_share,
     variance_ratio,
 )
-from tools.diagnosis_benchmark.reach import BANDS_HZ, MeasurementNoise, Trace
+from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace
 
 Array = NDArray[np.float64]
 
@@ -66,8 +66,8 @@ class Hidden:
         without; K faults in each drive.
     share : (B, K) array
         Rms of what each fault alone adds that the base model cannot express, over the rms effort.
-    shares : (B, K, L) array
-        The same up to each of `reach.BANDS_HZ`.
+    added : (B, K, N) array
+        What each fault alone adds at every sample, beyond the nearest sound drive.
     detectability : (B, K) array
         Of each fault alone: mean of the ideal test's statistic, in its standard deviations.
     """
@@ -81,13 +81,8 @@ class Hidden:
     axis: NDArray[np.intp]
     shows: Array
     share: Array
-    shares: Array
+    added: NDArray[np.float32]
     detectability: Array
-
-    def share_up_to(self, row: int, end_hz: float) -> Array:
-        """Share (K,) of what each fault of one drive adds, up to the next of `reach.BANDS_HZ`."""
-        place = min(int(np.searchsorted(BANDS_HZ, end_hz)), len(BANDS_HZ) - 1)
-        return np.asarray(self.shares[row, :, place])
 
     def recording(self, row: int) -> Recording:
         """What the board of one drive recorded, as in a CSV file."""
@@ -172,7 +167,7 @@ def simulate_batch(batch: Batch) -> None:
     count = len(batch.hidden[0])
     alone = [_simulated_beside(batch, faults(batch, place), axis) for place in range(count)]
     made = alone[0][0] if count == 1 else _simulated(batch, effects)
-    measured = _measured(batch, alone, axis)
+    measured = _measured(batch, alone, axis, len(made.time_s))
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -186,7 +181,7 @@ def simulate_batch(batch: Batch) -> None:
         axis=axis,
         shows=measured["shows"],
         share=measured["share"],
-        shares=measured["shares"],
+        added=measured["added"].astype(np.float32),
         detectability=measured["detectability"],
     )
     part.replace(path)
@@ -237,12 +232,15 @@ def _boards(batch: Batch) -> Electronics:
 
 
 def _measured(
-    batch: Batch, alone: Sequence[tuple[Recordings, Twin]], axis: NDArray[np.intp]
+    batch: Batch,
+    alone: Sequence[tuple[Recordings, Twin]],
+    axis: NDArray[np.intp],
+    samples: int,
 ) -> dict[str, Array]:
     """How far each of K faults alone shows, what it adds, and how well it can be told, (B, K)."""
     each = batch.drives, len(alone)
     found = {name: np.ones(each) for name in ("shows", "share", "detectability")}
-    found["shares"] = np.ones((*each, len(BANDS_HZ)))
+    found["added"] = np.zeros((*each, samples))
     if not alone:
         return found
     sound = _simulated(batch, [])
@@ -251,8 +249,9 @@ def _measured(
             trace = _trace(batch, made, twin, row, hit)
             above_band = batch.hidden[row][place] in ABOVE_BAND
             found["shows"][row, place] = variance_ratio(made, sound, row, hit)
-            found["shares"][row, place] = shares = trace.shares
-            found["share"][row, place] = added_share(made, row, hit) if above_band else shares[-1]
+            share = added_share(made, row, hit) if above_band else trace.share
+            found["share"][row, place] = share
+            found["added"][row, place] = trace.added
             found["detectability"][row, place] = trace.detectability
     return found
 

@@ -11,6 +11,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from firmware_interface.plant import SAMPLE_S
 from tools.diagnosis_benchmark.bias import mean_parameters, relative_errors
 from tools.diagnosis_benchmark.cases import Case
+from tools.diagnosis_benchmark.compared import compared_shares
 from tools.diagnosis_benchmark.hiding import AXES, load_batch
 from tools.diagnosis_benchmark.measuring import ABOVE_BAND
 
@@ -76,7 +77,7 @@ class Outcome:
     share : tuple of float
         Of the rms effort, by each hidden effect, orthogonal to the base model, at full size.
     share_compared : tuple of float
-        The same in the band that the diagnosis compared.
+        The same of what the diagnosis compares (`compared.py`).
     detectability : tuple of float
         Of each hidden effect alone by the ideal test, at full size.
     shift_periods, found_shift_periods : float
@@ -148,7 +149,7 @@ class Outcome:
 
     @property
     def compared(self) -> bool:
-        """Whether every hidden effect is above the tolerance in the band that was compared."""
+        """Whether every hidden effect is above the tolerance where the diagnosis compares."""
         shares = self.share_compared
         return bool(shares) and min(shares) >= TOLERANCE
 
@@ -249,10 +250,11 @@ def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
     truth = hidden.truth[case.row, hit]
     before = axis.base.estimate.parameters
     after = mean_parameters(axis.model, float(hidden.time_s[-1]))
-    compared = load_batch(case.batch.full_size).share_up_to(case.row, axis.cutoff_hz)
+    added = load_batch(case.batch.full_size).added[case.row]
+    compared = compared_shares(hidden.recording(case.row), AXES[hit], added)
     return replace(
         unjudged(case),
-        share_compared=tuple(compared.tolist()),
+        share_compared=tuple(compared),
         verdict=str(axis.verdict),
         causes=named_in(axis.causes),
         suspected=named_in(axis.suspected),

@@ -25,7 +25,7 @@ times that variance in the band, and d is up to a fifth too large.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +46,6 @@ _MARGIN: Final = 3
 _BAND_HZ: Final = 20.0
 """Waveforms are compared up to here. Sound chains swing from 19 Hz on, and nobody knows the phase
 of such a swing. No band of `diagnose` is wider either."""
-BANDS_HZ: Final = tuple(np.arange(2.0, _BAND_HZ + 1.0, 2.0).tolist())
-"""Ends of narrower bands. A diagnosis compares up to where the encoder's noise covers the motion,
-often up to 5 or 10 Hz."""
 _WOUND_UP: Final = 2.0 * COUNT_RAD
 """Distance from a turning point within which the motor may creep while the table sticks: a sound
 chain winds up by less than a count to either side. On slow motions that lasts for a second."""
@@ -120,18 +117,13 @@ class Trace:
         Where the encoder does not show in which direction the table moves, friction may be
         anything, and nothing counts.
         """
-        return self.share_up_to(_BAND_HZ)
+        return self._nearest(self._in_band).left / float(np.linalg.norm(self.effort))
 
     @property
-    def shares(self) -> list[float]:
-        """The same up to each of `BANDS_HZ`."""
-        return [self.share_up_to(end_hz) for end_hz in BANDS_HZ]
-
-    def share_up_to(self, end_hz: float) -> float:
-        """The share in a band that ends earlier."""
-        kept = self.known[:, None]
-        left = self._left(lambda columns: _in_band(kept * columns, end_hz))
-        return left / float(np.linalg.norm(self.effort))
+    def added(self) -> Array:
+        """What the fault adds to the effort at every sample, (N,), beyond the same sound drive."""
+        nearest = self._nearest(self._in_band)
+        return np.asarray(self._columns(nearest.shift) @ nearest.weights)
 
     @property
     def detectability(self) -> float:
@@ -148,22 +140,22 @@ class Trace:
             white[kept] = solve_banded((2, 0), root, columns[kept])
             return _in_band(white)
 
-        return self._left(whitened)
+        return self._nearest(whitened).left
 
-    def _left(self, seen: Callable[[Array], Array]) -> float:
-        """Norm of what the nearest sound drive leaves of the effort, seen through a linear map."""
+    def _in_band(self, columns: Array) -> Array:
+        """Columns (N, C) as the share sees them: in the band, where the direction is known."""
+        return _in_band(self.known[:, None] * columns)
+
+    def _nearest(self, seen: Callable[[Array], Array]) -> "_SoundDrive":
+        """The sound drive that is nearest to the effort, seen through a linear map."""
 
         @cache
-        def left(shift: int) -> float:
-            columns = seen(self._columns(shift))
-            base, others = columns[:, :4], columns[:, 4:]
-            known = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
-            chain, effort = (others - known @ (known.T @ others)).T
-            compliance = float(chain @ effort) / max(float(chain @ chain), _TINY)
-            return float(np.linalg.norm(effort - min(max(compliance, 0.0), 1.0) * chain))
+        def fitted(shift: int) -> _SoundDrive:
+            return _SoundDrive.fitted(shift, seen(self._columns(shift)))
 
-        coarse = min(_SHIFTS[::_COARSE], key=left)
-        return min(left(shift) for shift in _SHIFTS if abs(shift - coarse) < _COARSE)
+        coarse = min(_SHIFTS[::_COARSE], key=lambda shift: fitted(shift).left)
+        near = (fitted(shift) for shift in _SHIFTS if abs(shift - coarse) < _COARSE)
+        return min(near, key=lambda drive: drive.left)
 
     def _columns(self, shift: int) -> Array:
         """Base regressor, torque of the twin and effort, (N, 6), if efforts act so many steps after
@@ -207,9 +199,41 @@ class Trace:
         return len(angle)
 
 
-def _in_band(columns: Array, end_hz: float = _BAND_HZ) -> Array:
+@dataclass(frozen=True)
+class _SoundDrive:
+    """One that is fitted to the effort.
+
+    Attributes
+    ----------
+    shift : int
+        Steps by which efforts act after their stamps.
+    weights : (6,) array
+        Of the columns of such a trace, which leave of the effort what this drive does not need.
+    left : float
+        Norm of that, as it is seen.
+    """
+
+    shift: int
+    weights: Array
+    left: float
+
+    @classmethod
+    def fitted(cls, shift: int, columns: Array) -> Self:
+        """The nearest one to columns (K, 6), as they are seen: base regressor, chain and effort."""
+        length = np.linalg.norm(columns[:, :4], axis=0)
+        base, others = columns[:, :4] / length, columns[:, 4:]
+        parameters = np.linalg.lstsq(base, others)[0]
+        chain, effort = (others - base @ parameters).T
+        compliance = float(chain @ effort) / max(float(chain @ chain), _TINY)
+        mixture = np.array([-min(max(compliance, 0.0), 1.0), 1.0])
+        left = np.linalg.norm(mixture @ [chain, effort])
+        weights = np.concatenate([-(parameters @ mixture) / length, mixture])
+        return cls(shift, weights, float(left))
+
+
+def _in_band(columns: Array) -> Array:
     """Fourier coefficients (2 K, C) of columns (N, C) up to the band's end; norms are kept."""
-    count = int(end_hz * SAMPLE_S * len(columns)) + 1
+    count = int(_BAND_HZ * SAMPLE_S * len(columns)) + 1
     found = np.fft.rfft(columns, axis=0, norm="ortho")[:count]
     found[1:] *= np.sqrt(2.0)
     return np.concatenate([found.real, found.imag])
