@@ -142,11 +142,11 @@ DISTURBED: Final = Threshold(
     "docs/diagnosis_record.md, rules on real axes: one run gives the same answer",
 )
 RELIABILITY: Final = Threshold(
-    0.75,
+    0.5,
     "reliability ratio",
     "Of a candidate's orthogonal component, more than this share is motion and not encoder noise.",
-    "A judgement: a quarter of noise biases an amplitude by a quarter (Fuller 1987).",
-    "no test; on the paper's sinusoid it keeps small delays and springs out of clean drives",
+    "A judgement: more of it says something than not. The evidence itself counts without the noise.",
+    "`test_screening.py`: mostly motion; it keeps small delays and springs out of clean drives",
 )
 LARGEST: Final = Threshold(
     2.0,
