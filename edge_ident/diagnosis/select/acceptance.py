@@ -124,8 +124,8 @@ def _criterion_reason(gain: float, required: float, staying: bool) -> str:
     if not staying:
         if required < 0.0:
             return (
-                f"it needs one kind of effect fewer and changes the criterion by {gain:+.0f} units "
-                f"(more than {required:.0f} are required)"
+                "it needs one kind of effect, or one moment, fewer and changes the criterion by "
+                f"{gain:+.0f} units (more than {required:.0f} are required)"
             )
         return f"it gains {gain:.0f} units of the criterion (more than {required:.0f} are required)"
     change = "worse" if gain > 0.0 else "better"
@@ -141,9 +141,19 @@ def _required_gain(
     """Units of the criterion; those of a model with one term more are given."""
     if len(after) > len(before):
         return of_one_more.value
-    kinds = [len({t.candidate.effect for t in terms}) for terms in (before, after)]
-    # a new kind of effect beside one that is there already has to be decisive
-    return DECISIVE.value * (kinds[1] - kinds[0])
+    # a new kind of effect beside one that is there already has to be decisive; and what happens at
+    # a moment, in the place of what lasts: it would be chance that it did just what that does
+    counts = [_kinds(terms) + _moments(terms) for terms in (before, after)]
+    return DECISIVE.value * (counts[1] - counts[0])
+
+
+def _kinds(terms: Sequence[FittedTerm]) -> int:
+    return len({t.candidate.effect for t in terms})
+
+
+def _moments(terms: Sequence[FittedTerm]) -> int:
+    """How many of some terms happen at a moment of their own."""
+    return sum("time" in t.nonlinear for t in terms)
 
 
 def separable(criterion_gain: float) -> bool:

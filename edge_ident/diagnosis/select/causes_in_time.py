@@ -5,8 +5,9 @@ does there (`held`), within twice the Coulomb friction, is no evidence of an eve
 does it, too.
 
 An event shows in that the same motion did without it at another time. At a higher speed or under
-more effort than ever else, any law that bends or ends there looks like an event. An end stop that
-is reached once stays one: it acts then, and what is tied to time is not carried on.
+more effort than ever else, any law that bends or ends there may look like an event. A push moves
+the axis, too: where it describes the effort better than such a law, it is one. An end stop that is
+reached once stays one: it acts then, and what is tied to time is not carried on.
 """
 
 from collections import defaultdict
@@ -17,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.extremes import Extremes, error_with
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.recorded_effort import along, measured
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.select.acceptance import separable
 from edge_ident.diagnosis.select.held import held_travel, may_be_held, most_friction
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
 from edge_ident.model.effects import named
@@ -78,9 +81,9 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against events that act at a speed or under an effort that there is at no other time.
 
     An event is doubtful where half of its energy follows from how far the speed or the effort lies
-    beyond all that it is where nothing happened. Those that overlap are one. An effort counts that
-    is so with the event and without: the one alone the push itself may have raised, the other alone
-    a collision that stops the axis.
+    beyond all that it is where nothing happened, unless no such law describes the record as well.
+    Those that overlap are one. An effort counts that is so with the event and without: the one
+    alone the push itself may have raised, the other alone a collision that stops the axis.
 
     Parameters
     ----------
@@ -106,17 +109,25 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
         return {}
     without = effort - np.sum(pushes, axis=0)
     extremes = {
-        "faster": _beyond(velocity, quiet),
-        "under more effort": np.minimum(_beyond(effort, quiet), _beyond(without, quiet)),
+        "faster": Extremes(velocity[None], quiet),
+        "under more effort": Extremes(np.stack([effort, without]), quiet),
     }
     doubts: dict[int, str] = {}
     for event, push in zip(events, pushes * weight, strict=True):
-        for where, excess in extremes.items():
+        for where, extreme in extremes.items():
+            excess = extreme.excess()
             law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
-            if np.sum(np.square(law.T @ push)) > HELD.value * np.sum(np.square(push)):
+            follows = np.sum(np.square(law.T @ push)) > HELD.value * np.sum(np.square(push))
+            if follows and not _told_apart(data, model, event, extreme.laws):
                 reason = f"it acts where the axis is {where} than at any other time"
                 doubts |= dict.fromkeys(event, reason)
     return doubts
+
+
+def _told_apart(data: AxisData, model: FittedModel, event: list[int], laws: Array) -> bool:
+    """Whether an event, by the places of its terms, describes the effort better than laws do."""
+    ratio = error_with(data, model, event, laws) / max(model.error, _TINY)
+    return separable(np.count_nonzero(data.valid) * np.log(max(ratio, _TINY)))
 
 
 def recurring(model: FittedModel) -> dict[int, str]:
@@ -198,12 +209,6 @@ def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
                 )
                 doubts |= {k: reason, other: reason}
     return doubts
-
-
-def _beyond(signal: Array, quiet: NDArray[np.bool_]) -> Array:
-    """How far a signal (N,) lies beyond its range at the quiet samples."""
-    low, high = np.min(signal[quiet]), np.max(signal[quiet])
-    return np.asarray(np.maximum(np.maximum(low - signal, signal - high), 0.0))
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:

@@ -24,7 +24,8 @@ DECISIVE: Final = Threshold(
     10.0,
     "units of the criterion",
     "Two models differ by this, or the motion does not separate them. What replaces a cause gains "
-    "more: another kind of effect, or an unnamed law; that in a payload's place loses no more.",
+    "more: another kind of effect, an unnamed law, or an event what lasts. The law in a payload's "
+    "place, and what lasts in an event's, lose no more.",
     "Kass and Raftery, JASA 90 (1995) 773: a difference of ten is very strong evidence.",
     "`test_alternatives.py`: a separable and an inseparable pair",
 )
@@ -145,7 +146,7 @@ RELIABILITY: Final = Threshold(
     0.5,
     "reliability ratio",
     "Of a candidate's orthogonal component, more than this share is motion and not encoder noise.",
-    "A judgement: more of it says something than not. The evidence itself counts without the noise.",
+    "A judgement: more of it says something than not. The criterion counts no noise as evidence.",
     "`test_screening.py`: mostly motion; it keeps small delays and springs out of clean drives",
 )
 LARGEST: Final = Threshold(

@@ -37,6 +37,7 @@ def term(effect: str) -> FittedTerm:
 
 
 RIPPLE, DRIFT = term("torque_ripple"), term("offset_drift")
+PUSH = replace(term("disturbance_event"), nonlinear={"time": 1.0, "duration": 0.2})
 
 
 @pytest.mark.parametrize(("gain", "accepted"), [(24.9, False), (25.0, False), (25.1, True)])
@@ -68,9 +69,11 @@ def test_a_decision_to_stay_says_what_entering_and_staying_require(gain: float, 
         ([RIPPLE], [DRIFT], 0.0),
         ([RIPPLE, RIPPLE], [RIPPLE, DRIFT], 10.0),
         ([RIPPLE, DRIFT], [RIPPLE, RIPPLE], -10.0),
+        ([RIPPLE], [PUSH], 10.0),
+        ([PUSH], [RIPPLE], -10.0),
     ],
 )
-def test_a_replacement_that_adds_a_kind_of_effect_has_to_be_decisive(
+def test_a_replacement_that_adds_a_kind_of_effect_or_a_moment_has_to_be_decisive(
     before: list[FittedTerm], after: list[FittedTerm], required: float
 ) -> None:
     assert not decide(before, after, Evidence(required)).accepted

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.integrate
+import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
@@ -223,6 +225,22 @@ def test_drag_above_a_speed_that_is_reached_once_is_no_event() -> None:
     assert axis.verdict is Verdict.UNEXPLAINED
     assert not axis.causes
     assert any("faster than at any other time" in cause.decision for cause in axis.suspected)
+
+
+def test_a_push_that_drives_the_axis_faster_than_ever_is_an_event() -> None:
+    """A soft loop gives way at the highest speed: a speed that follows the push late is no law."""
+    t, x, v, a = swing(seconds=24.0, period_s=COARSE_S)
+    begin_s, lasts_s, lag_s = t[np.argmax(v)] - 0.2, 0.4, 0.15
+    push = 2.0 * np.sin(np.pi * np.clip((t - begin_s) / lasts_s, 0.0, 1.0)) ** 2
+    keep = np.exp(-COARSE_S / lag_s)
+    gained = scipy.signal.lfilter([0.25 * (1.0 - keep)], [1.0, -keep], push)
+    moved = scipy.integrate.cumulative_trapezoid(gained, t, initial=0.0)
+    effort = rigid(v + gained, a + (0.25 * push - gained) / lag_s) - push
+    axis = diagnosed(recorded(t, x + moved, effort, noise=0.02))
+    assert axis.verdict is Verdict.EXPLAINED
+    (cause,) = axis.causes
+    assert cause.term.values["time"] == pytest.approx(begin_s, abs=0.05)
+    assert cause.term.values["level"] == pytest.approx(-2.0, rel=0.05)
 
 
 def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
