@@ -18,7 +18,7 @@ from edge_ident.signals.recording import Recording
 Array = NDArray[np.float64]
 
 
-def compared_shares(recording: Recording, name: str, added: NDArray[np.float32]) -> list[float]:
+def compared_shares(recording: Recording, name: str, added: Array) -> list[float]:
     """Rms of what each fault adds beyond the base model, over the rms effort, as compared.
 
     Parameters
@@ -37,6 +37,6 @@ def compared_shares(recording: Recording, name: str, added: NDArray[np.float32])
     data = prepare_axis([recording], name)
     (segment,) = data.segments
     base = orthonormal(np.column_stack([base_regressor(data), data.timing_columns])[data.valid])
-    seen = segment.sampled(added.astype(np.float64))[:, data.valid]
+    seen = segment.sampled(added)[:, data.valid]
     left = seen - (seen @ base) @ base.T
     return [rms(each) / rms(data.effort[data.valid]) for each in left]

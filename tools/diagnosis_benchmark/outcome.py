@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from itertools import permutations
 from typing import Any, Final, Self
 
+import numpy as np
+
 from edge_ident.diagnosis.result import Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from firmware_interface.plant import SAMPLE_S
@@ -250,7 +252,7 @@ def judge(case: Case, diagnosis: Diagnosis, wall_s: float) -> Outcome:
     truth = hidden.truth[case.row, hit]
     before = axis.base.estimate.parameters
     after = mean_parameters(axis.model, float(hidden.time_s[-1]))
-    added = load_batch(case.batch.full_size).added[case.row]
+    added = load_batch(case.batch.full_size).added[case.row].astype(np.float64)
     compared = compared_shares(hidden.recording(case.row), AXES[hit], added)
     return replace(
         unjudged(case),
