@@ -206,13 +206,13 @@ def _probe_motion() -> Motion:
 
 def _compensation(effect: Effect) -> Iterator[str]:
     """Gains use parameters that there are, or a reason says why they use none. Feed-forward ranks
-    terms by their linear parameters."""
+    several terms of an effect by their linear parameters."""
     compensation = effect.compensation
     if compensation.used == bool(compensation.without):
         yield "its compensation must say what gains do about it, or why they do nothing"
     for name in sorted(compensation.parameters - set(effect.bounds)):
         yield f"its compensation names {name}, which is no parameter"
-    if compensation.feedforward and not effect.search.linear:
+    if compensation.feedforward and effect.search.repeats and not effect.search.linear:
         yield "its feed-forward has no linear parameter, by which terms could be ranked"
     fed = {*compensation.feedforward.values(), *compensation.takes_over.values()}
     for gain in sorted(fed - _GAINS):

@@ -98,7 +98,8 @@ class Criterion:
         return self.misfit(fitted.error + discrepancy) - self.misfit(noise + discrepancy)
 
     def error(self, fitted: FittedModel, passed: float = 0.0) -> float:
-        """Sum of squared residuals, as if the encoder noise passed as in the base model.
+        """Sum of squared residuals, as if the encoder noise passed as in the base model, and with
+        what it costs that an actuator ignores commands, as in scores.
 
         A load on a spring follows no fast motion. So a model with one has less inertia where the
         encoder noise is, and a smaller residual. That is no evidence.
@@ -109,7 +110,10 @@ class Criterion:
             Sum of squares of the encoder noise that passes, where that is more.
         """
         most = max(self._base_noise, passed)
-        return fitted.error + max(most - self._encoder_noise(fitted), 0.0)
+        left = fitted.error + max(most - self._encoder_noise(fitted), 0.0)
+        withholding = [t for t in fitted.terms if named(t.candidate.effect).overrides("withheld")]
+        factors = [ignored_command_penalty(self.data, t.model_term)[0] for t in withholding]
+        return left * math.prod(map(float, factors))
 
     def _encoder_noise(self, fitted: FittedModel) -> float:
         """Sum of squares that the encoder noise has in the effort of a model."""
@@ -142,12 +146,7 @@ class Criterion:
         """Penalties of all added terms, and of what recordings have of their own but an offset."""
         others = len(self.data.segments) - 1
         total = (len(self.data.own) - 1) * others * math.log(self.samples)
-        for t in fitted.terms:
-            total += self.penalty(t.candidate)
-            if named(t.candidate.effect).overrides("withheld"):
-                factor = ignored_command_penalty(self.data, t.model_term)[0]
-                total += self.samples * float(np.log(factor))
-        return total
+        return total + sum(self.penalty(t.candidate) for t in fitted.terms)
 
 
 def independent_samples(data: AxisData, fitted: FittedModel) -> float:

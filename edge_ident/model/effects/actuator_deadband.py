@@ -13,7 +13,7 @@ import numpy as np
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import ChangesWith, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -35,6 +35,11 @@ class ActuatorDeadband(Effect):
         return np.clip(effort, -values["width"], values["width"])
 
 
+def _grid(excitation: Excitation) -> dict[str, Array]:
+    """Up to half of the peak: wider ones leave little to move the axis."""
+    return {"width": excitation.effort * np.geomspace(0.003, 0.5, 12)}
+
+
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
     """2 % to 30 % of the effort."""
     return {"width": draws.strength() * scale.effort}
@@ -50,13 +55,14 @@ EFFECT: Final = ActuatorDeadband(
         ),
     ),
     search=SearchSpec(
-        forms=(Form(("width",), changes=ChangesWith.EFFORT),),
+        forms=(Form((), ("width",), changes=ChangesWith.EFFORT),),
         signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
         experiment=(
             "a motion that brakes hard enough for the effort to change its sign while "
             "moving: --motion multisine"
         ),
+        grid=_grid,
         discrepancy=0.1,
     ),
     draw=_draw,

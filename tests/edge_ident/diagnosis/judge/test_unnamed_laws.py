@@ -132,13 +132,13 @@ def test_a_force_that_goes_on_growing_is_no_limit() -> None:
     assert reason.startswith("the force of the drive goes on growing")
 
 
-DEADBAND = Form(("width",), changes=ChangesWith.EFFORT)
+DEADBAND = Form((), ("width",), changes=ChangesWith.EFFORT)
 
 
 def test_a_power_of_the_effort_is_no_deadband() -> None:
-    assert not doubt(NEEDED + 0.4 * np.sign(NEEDED), "actuator_deadband", DEADBAND)
+    assert not doubt(NEEDED + 0.4 * np.sign(NEEDED), "actuator_deadband", DEADBAND, width=0.4)
     power = np.sign(NEEDED) * np.abs(NEEDED) ** 0.8
-    reason = doubt(power, "actuator_deadband", DEADBAND)
+    reason = doubt(power, "actuator_deadband", DEADBAND, width=0.2)
     assert reason.startswith("a power of the effort describes")
 
 
