@@ -184,7 +184,7 @@ def _obeyed(search: Search, model: FittedModel, term: FittedTerm) -> str:
     """Reason against a limit above which an actuator's force goes on growing with the command,
     wherever the limit is, by more than the formula may be off; nothing where it does not."""
     effect = named(term.candidate.effect)
-    if not effect.overrides("withheld") or term.candidate.form.linear:
+    if not effect.compensation.limit:
         return ""
     withheld = [(s, effect.withheld(s.raw_effort, term.values)) for s in search.data.segments]
     parts = [s.sampled(np.stack([np.sign(above), above])) for s, above in withheld]
