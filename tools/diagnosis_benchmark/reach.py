@@ -117,13 +117,12 @@ class Trace:
         Where the encoder does not show in which direction the table moves, friction may be
         anything, and nothing counts.
         """
-        return self._nearest(self._in_band).left / float(np.linalg.norm(self.effort))
+        return self._sound_drive.left / float(np.linalg.norm(self.effort))
 
     @property
     def added(self) -> Array:
         """What the fault adds to the effort at every sample, (N,), beyond the same sound drive."""
-        nearest = self._nearest(self._in_band)
-        return np.asarray(self._columns(nearest.shift) @ nearest.weights)
+        return np.asarray(self._columns(self._sound_drive.shift) @ self._sound_drive.weights)
 
     @property
     def detectability(self) -> float:
@@ -142,9 +141,11 @@ class Trace:
 
         return self._nearest(whitened).left
 
-    def _in_band(self, columns: Array) -> Array:
-        """Columns (N, C) as the share sees them: in the band, where the direction is known."""
-        return _in_band(self.known[:, None] * columns)
+    @cached_property
+    def _sound_drive(self) -> "_SoundDrive":
+        """The nearest one, seen in the band and where the direction is known."""
+        kept = self.known[:, None]
+        return self._nearest(lambda columns: _in_band(kept * columns))
 
     def _nearest(self, seen: Callable[[Array], Array]) -> "_SoundDrive":
         """The sound drive that is nearest to the effort, seen through a linear map."""

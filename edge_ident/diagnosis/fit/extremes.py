@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.term_effort import term_effort
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 
 Array = NDArray[np.float64]
@@ -39,10 +40,10 @@ class Extremes:
     @property
     def laws(self) -> Array:
         """Efforts (L, N) that add up to any law that bends or jumps there."""
-        excess = self.excess()
-        bends = [excess**2, *(self.excess(part) for part in _BENDS)]
+        bends = [self.excess(part) for part in _BENDS]
+        excess = bends[0]
         jumps = [1.0 * (excess > part * np.max(excess)) for part in _JUMPS]
-        return np.array([*bends, *jumps])
+        return np.array([excess**2, *bends, *jumps])
 
 
 def error_with(data: AxisData, model: FittedModel, places: list[int], laws: Array) -> float:
@@ -60,10 +61,10 @@ def error_with(data: AxisData, model: FittedModel, places: list[int], laws: Arra
     ends = np.cumsum([len(s.effort) for s in data.segments])[:-1]
     parts = zip(data.segments, np.split(laws, ends, axis=1), strict=True)
     seen = np.concatenate([s.filter(part) for s, part in parts], axis=1)
-    own = np.r_[tuple(model.columns_of(place) for place in places)]
-    derivatives = model.derivatives
-    of_terms = derivatives[:, own] @ model.linear_parameters[own]
+    of_terms = sum(term_effort(data, model, place) for place in places)
     effort = (data.effort - model.predicted + of_terms)[data.valid]
-    basis = orthonormal(np.hstack([np.delete(derivatives, own, axis=1), seen.T])[data.valid])
+    own = np.r_[tuple(model.columns_of(place) for place in places)]
+    others = np.delete(model.derivatives, own, axis=1)
+    basis = orthonormal(np.hstack([others, seen.T])[data.valid])
     left = effort - basis @ (basis.T @ effort)
     return float(left @ left)

@@ -113,10 +113,10 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
         "under more effort": Extremes(np.stack([effort, without]), quiet),
     }
     doubts: dict[int, str] = {}
-    for event, push in zip(events, pushes * weight, strict=True):
-        for where, extreme in extremes.items():
-            excess = extreme.excess()
-            law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
+    for where, extreme in extremes.items():
+        excess = extreme.excess()
+        law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
+        for event, push in zip(events, pushes * weight, strict=True):
             follows = np.sum(np.square(law.T @ push)) > HELD.value * np.sum(np.square(push))
             if follows and not _told_apart(data, model, event, extreme.laws):
                 reason = f"it acts where the axis is {where} than at any other time"

@@ -24,8 +24,8 @@ DECISIVE: Final = Threshold(
     10.0,
     "units of the criterion",
     "Two models differ by this, or the motion does not separate them. What replaces a cause gains "
-    "more: another kind of effect, an unnamed law, or an event what lasts. The law in a payload's "
-    "place, and what lasts in an event's, lose no more.",
+    "more: another kind of effect, an unnamed law, an event in the place of what lasts. The law in "
+    "a payload's place, and what lasts in an event's, lose no more.",
     "Kass and Raftery, JASA 90 (1995) 773: a difference of ten is very strong evidence.",
     "`test_alternatives.py`: a separable and an inseparable pair",
 )
