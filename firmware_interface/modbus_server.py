@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Final
 
 from firmware_interface.codec import bytes_to_words, words_to_bytes
-from firmware_interface.errors import BoardError, BusyError, ValueRefusedError
+from firmware_interface.errors import BoardError, BusyError, NoReplyError, ValueRefusedError
 from firmware_interface.link import Link
 
 DEVICE_ID: Final = 1
@@ -40,9 +40,11 @@ _LONGEST_BODY: Final = 254
 
 
 def answer(link: Link, request: bytes) -> bytes:
-    """Carry out a request, function code and data; gives the reply's."""
+    """Carry out a request, function code and data; gives the reply's; empty where none comes."""
     try:
         return _carried_out(link, request)
+    except NoReplyError:
+        return b""
     except ValueRefusedError:
         return refusal(request, _ILLEGAL_VALUE)
     except BusyError:
@@ -140,8 +142,9 @@ class RtuSession:
             self._reply(refusal(request, _ILLEGAL_VALUE if known else _ILLEGAL_FUNCTION))
 
     def _reply(self, reply: bytes) -> None:
-        frame = bytes([DEVICE_ID]) + reply
-        self._send(frame + crc16(frame))
+        if reply:
+            frame = bytes([DEVICE_ID]) + reply
+            self._send(frame + crc16(frame))
 
 
 def _expected(frame: bytes) -> int:
@@ -255,5 +258,6 @@ class TcpSession(asyncio.Protocol):
             reply = answer(self._link, request)
         else:
             reply = refusal(request, _NO_SUCH_UNIT)
-        transport.write(_HEADER.pack(transaction, 0, len(reply) + 1, unit) + reply)
+        if reply:
+            transport.write(_HEADER.pack(transaction, 0, len(reply) + 1, unit) + reply)
         return True

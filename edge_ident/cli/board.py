@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,9 @@ from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
+
+if TYPE_CHECKING:
+    from edge_ident.commissioning import Failure
 
 Pty = Annotated[
     bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
@@ -48,6 +51,16 @@ Speed = Annotated[
         "At other factors than 1, doctor finds that the board's clock is wrong.",
     ),
 ]
+Failures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--fail",
+        metavar="NAME[=AXIS][@TIME]",
+        help="Have something fail, such as encoder_lost=x@3s (after the board's start) or "
+        "sto@motion+1s (after that of the first motion); may be repeated. An unknown name lists "
+        "all failures.",
+    ),
+]
 
 
 def register(app: typer.Typer) -> None:
@@ -64,6 +77,7 @@ def board(
     bind: Address = "127.0.0.1",
     speed: Speed = "1",
     faults: HideOptions,
+    fail: Failures = None,
     results: ResultOptions,
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
@@ -73,10 +87,13 @@ def board(
     computer can connect unless --bind gives another address. The name of the device is printed;
     with --output it is also written to board.json in that folder. What --hide or --hide-seed hides
     in the drive is not told; the same options with --reveal print it, without a board.
+    What --fail has fail is told when it does.
 
     Example: `edge-ident board --pty --speed 10`
+
+    Example: `edge-ident board --tcp 5020 --fail encoder_lost=x@motion+2s`
     """
-    hidden = faults.hidden()
+    hidden, failures = faults.hidden(), _parse_failures(fail or [])
     if faults.reveal:
         faults.tell_alone("board", {"device": None}, hidden, results)
         return
@@ -100,6 +117,7 @@ def board(
             pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready,
             plant=hidden.plant() if hidden else None,
             identifier=commissioning.VirtualNetwork(stays=True),
+            failures=failures, on_failure=say,
         )  # fmt: skip
 
 
@@ -119,6 +137,13 @@ def _linked(link: Path, device: str) -> Iterator[str]:
         yield str(link.absolute())
     finally:
         link.unlink(missing_ok=True)
+
+
+def _parse_failures(texts: list[str]) -> list["Failure"]:
+    try:
+        return [commissioning.Failure.parse(text) for text in texts]
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--fail") from error
 
 
 def _parse_speed(text: str) -> float | None:

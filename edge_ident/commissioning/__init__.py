@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from firmware_interface.plant.hiding import Fault, Hidden
     from firmware_interface.plant.plant_socket import serve_plant
     from firmware_interface.registers import MAP_VERSION, REGISTERS
+    from firmware_interface.virtual.failures import Failure
     from firmware_interface.virtual.server import serve
 
 __all__ = [
@@ -69,6 +70,7 @@ __all__ = [
     "BoardStatus",
     "DescribedDrive",
     "Entry",
+    "Failure",
     "Fault",
     "Forecaster",
     "Forecasts",
@@ -130,6 +132,7 @@ __getattr__ = lazy_names(
         "BoardStatus": "firmware_interface.board",
         "DescribedDrive": "edge_ident.commissioning.data_sheet.described_drive",
         "Entry": "edge_ident.commissioning.data_sheet.sheet",
+        "Failure": "firmware_interface.virtual.failures",
         "Fault": "firmware_interface.plant.hiding",
         "Forecaster": "edge_ident.commissioning.gains.forecast",
         "Forecasts": "edge_ident.commissioning.gains.forecast",

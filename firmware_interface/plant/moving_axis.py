@@ -4,12 +4,17 @@ A board moves its drive sample by sample, and numpy is slow for single numbers. 
 against each other, with every effect.
 """
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
 from firmware_interface.plant.drives import Chain
 from firmware_interface.plant.effect import Effect
 from firmware_interface.plant.functions import clip, sign
 from firmware_interface.plant.mechanism import ELEMENTS, overriding
+
+REST_BEFORE_COUPLING: Final = 0.04
+"""Share of an axis's inertia and friction that turns on where the coupling behind it is broken."""
 
 
 class MovingAxis:
@@ -74,6 +79,19 @@ class MovingAxis:
             drag = self._step_s * viscous / (2 * mass)
             push = self._step_s / (mass * (1 + drag))
             self._masses.append(((1 - drag) / (1 + drag), push, push * coulomb))
+
+    def jam(self) -> None:
+        """Something blocks the motor: friction that no torque overcomes."""
+        self._coulomb[0] = math.inf
+        self._set_inertia(self._inertia)
+
+    def break_coupling(self) -> None:
+        """The gear's joint gives way: a rest of inertia and friction goes on with the encoder."""
+        for of_masses in (self._inertia, self._viscous, self._coulomb):
+            of_masses[0] = REST_BEFORE_COUPLING * sum(of_masses)
+        _, nut, _, nut_damping = self._joints
+        self._joints = (0.0, nut, 0.0, nut_damping)
+        self._set_inertia(self._inertia)
 
     def at(self, time_s: float) -> None:
         """Tell the time, once per sample."""

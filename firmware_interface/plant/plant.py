@@ -8,6 +8,7 @@ import numpy as np
 
 from firmware_interface.plant.drives import Drives
 from firmware_interface.plant.effect import Effect
+from firmware_interface.plant.functions import Value
 from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE, overriding
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.moving_axis import MovingAxis
@@ -103,6 +104,23 @@ class Plant:
         self._torque = acting
         if self._begun:
             self._time_s += self._sample_s
+
+    def lose_encoder(self, axis: int) -> None:
+        """From now on the counts of an axis stand still: no more pulses come."""
+        stands_rad = self.shown_rad[axis]
+
+        def lost(angle: Value) -> Value:
+            return angle * 0.0 + stands_rad
+
+        self._encoders[axis].append(lost)
+
+    def jam(self, axis: int) -> None:
+        """Block an axis where it is."""
+        self._axes[axis].jam()
+
+    def break_coupling(self, axis: int) -> None:
+        """Part an axis from what it drives."""
+        self._axes[axis].break_coupling()
 
     def recorded_nm(self, command: Sequence[float]) -> list[float]:
         """Effort that stands in the record for a command about to be given."""

@@ -6,7 +6,7 @@ import os
 import signal
 import time
 import tty
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
@@ -14,8 +14,8 @@ from firmware_interface.errors import LinkError
 from firmware_interface.link import Link
 from firmware_interface.modbus_server import RtuSession, TcpSession
 from firmware_interface.plant.plant import Plant
-from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock, WallClock
+from firmware_interface.virtual.failures import FailingBoard, Failure
 from firmware_interface.virtual.identification import Identifier
 from firmware_interface.virtual.settings import BoardSettings
 
@@ -39,6 +39,8 @@ def serve(
     settings: BoardSettings | None = None,
     plant: Plant | None = None,
     identifier: Identifier | None = None,
+    failures: Sequence[Failure] = (),
+    on_failure: Callable[[str], object] = _LOG.warning,
 ) -> None:
     """Serve a new board until Ctrl-C or SIGTERM; SIGUSR1 pulls its wired stop, SIGUSR2 releases it.
 
@@ -60,6 +62,10 @@ def serve(
         The drive behind the board; by default a sound one.
     identifier : Identifier, optional
         The board's own network, loaded; by default it has none.
+    failures : sequence of Failure
+        What fails, each at its time.
+    on_failure : callable
+        Gets a line when one begins or ends.
 
     Raises
     ------
@@ -69,7 +75,7 @@ def serve(
     if pty == (tcp_port is not None):
         raise ValueError("choose one of pty and tcp_port")
     clock = RequestClock() if speed is None else WallClock(speed)
-    board = VirtualBoard(settings, clock, plant, identifier)
+    board = FailingBoard(failures, settings, clock, plant, identifier, on_failure)
     if tcp_port is None:
         serving = serve_pty(board, board.idle, on_ready)
     else:

@@ -17,8 +17,13 @@ from firmware_interface.virtual.settings import BoardSettings
 class SharedBoard:
     """A board with its state, and the commands that are given to it."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, settings: BoardSettings | None = None):
-        self.virtual = VirtualBoard(settings)
+    def __init__(
+        self,
+        monkeypatch: pytest.MonkeyPatch,
+        settings: BoardSettings | None = None,
+        virtual: VirtualBoard | None = None,
+    ):
+        self.virtual = virtual or VirtualBoard(settings)
         for module in (connect, link_checks, stopping):
             monkeypatch.setattr(module, "open_link", lambda *_, **__: self.virtual)
 
