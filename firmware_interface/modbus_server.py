@@ -5,7 +5,8 @@ Function codes 3, 6 and 16 are carried out; every other one, of all 256, is answ
 silence, and one whose length is not what its function asks for is answered with exception 3. What
 arrives before the answer has left is discarded, so that of requests sent in one burst the first is
 answered alone. Broadcasts and frames for other devices are ignored. On TCP every request is
-answered in its turn, and a header that cannot be ends the connection.
+answered in its turn, and a header that cannot be ends the connection. Places for TCP clients are
+limited, and who comes always gets one: it may be about to stop the machine.
 """
 
 import asyncio
@@ -17,13 +18,14 @@ from typing import Final
 from firmware_interface.codec import bytes_to_words, words_to_bytes
 from firmware_interface.errors import BoardError, BusyError, NoReplyError, ValueRefusedError
 from firmware_interface.link import Link
+from firmware_interface.registers import REGISTERS
 
 DEVICE_ID: Final = 1
 BOARD_UNITS: Final = frozenset({0, DEVICE_ID, 255})
 """Unit identifiers that mean the board on TCP, where there is nobody else to address."""
 FRAME_GAP_S: Final = 0.05
 """Silence that ends a frame; longer than a busy system's pauses within one."""
-REQUESTS_AT_ONCE: Final = 16
+REQUESTS_AT_ONCE: Final = 2
 """Requests of one TCP client before it is the others' and the machine's turn."""
 UNSENT_LIMIT: Final = 4096
 """Bytes of replies that a TCP client may leave unread before it is no longer listened to."""
@@ -37,6 +39,9 @@ _CRC_BYTES: Final = 2
 _HEADER: Final = struct.Struct(">HHHB")
 _LONGEST_BODY: Final = 254
 """Unit identifier and PDU."""
+_HOLDER: Final = REGISTERS["session.key"]
+_KEYS: Final = (_HOLDER, REGISTERS["command.key"])
+"""Where a host writes its key."""
 
 
 def answer(link: Link, request: bytes) -> bytes:
@@ -163,18 +168,25 @@ def _whole(frame: bytes) -> bool:
 class TcpSession(asyncio.Protocol):
     """One client's connection.
 
+    Where all places are taken, the client that has been silent longest gives way to a new one:
+    first of those that have never asked anything, never the host that holds the board.
+
     Parameters
     ----------
     link : Link
     sessions : set of TcpSession
         All that are open; this one enters and leaves it by itself.
     limit : int
-        How many there may be; one too many is closed at once.
+        How many there may be, at least two.
 
     Attributes
     ----------
     heard_s : float
-        When the last whole request came.
+        When the last whole request came, or the connection was made.
+    asked : bool
+        Whether one ever came.
+    key : list of int
+        Words of the key that its client has written last.
     """
 
     def __init__(self, link: Link, sessions: "set[TcpSession]", limit: int) -> None:
@@ -186,6 +198,8 @@ class TcpSession(asyncio.Protocol):
         self._blocked = False
         self._scheduled = False
         self.heard_s = time.monotonic()
+        self.asked = False
+        self.key: list[int] = []
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """A client connected."""
@@ -193,9 +207,15 @@ class TcpSession(asyncio.Protocol):
         self._transport = transport
         transport.set_write_buffer_limits(UNSENT_LIMIT)
         if len(self._sessions) >= self._limit:
-            self.hang_up()
-        else:
-            self._sessions.add(self)
+            self._dispensable().hang_up()
+        self._sessions.add(self)
+
+    def _dispensable(self) -> "TcpSession":
+        """Who gives way to this one."""
+        key = self._link.read(_HOLDER.address, _HOLDER.words)
+        of_holder = [session for session in self._sessions if session.key == key]
+        holder = max(of_holder, key=lambda session: session.heard_s, default=None)
+        return min(self._sessions - {holder}, key=lambda session: (session.asked, session.heard_s))
 
     def connection_lost(self, exc: Exception | None) -> None:
         """It is gone, and what it asked for last with it."""
@@ -205,6 +225,7 @@ class TcpSession(asyncio.Protocol):
 
     def hang_up(self) -> None:
         """End the connection at once; replies that nobody reads are dropped."""
+        self._sessions.discard(self)
         if self._transport:
             self._transport.abort()
 
@@ -253,11 +274,21 @@ class TcpSession(asyncio.Protocol):
             return False
         request = bytes(self._received[_HEADER.size : end])
         del self._received[:end]
-        self.heard_s = time.monotonic()
+        self.heard_s, self.asked = time.monotonic(), True
         if unit in BOARD_UNITS:
             reply = answer(self._link, request)
+            self.key = _key_written(request, reply) or self.key
         else:
             reply = refusal(request, _NO_SUCH_UNIT)
         if reply:
             transport.write(_HEADER.pack(transaction, 0, len(reply) + 1, unit) + reply)
         return True
+
+
+def _key_written(request: bytes, reply: bytes) -> list[int]:
+    """Words of a host's key, where this request wrote one and was carried out; else none."""
+    if request[0] != _WRITE or reply[0] != _WRITE:
+        return []
+    address, words = int.from_bytes(request[1:3], "big"), bytes_to_words(request[6:])
+    starts = [register.address - address for register in _KEYS]
+    return next((words[n : n + 2] for n in starts if 0 <= n <= len(words) - 2), [])

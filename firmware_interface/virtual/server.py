@@ -21,8 +21,9 @@ from firmware_interface.virtual.settings import BoardSettings
 
 LOOPBACK: Final = "127.0.0.1"
 """Reached from this host alone."""
-CONNECTION_LIMIT: Final = 8
-"""TCP clients at one time."""
+CONNECTION_LIMIT: Final = 64
+"""TCP clients at one time. Each costs a few kilobytes; that many leave a new one the time to ask,
+and to ask again, before as many others have come."""
 IDLE_TIMEOUT_S: Final = 120.0
 """Time after which a TCP client that asks nothing is hung up on."""
 _IDLE_S: Final = 0.005

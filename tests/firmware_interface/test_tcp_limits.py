@@ -134,20 +134,6 @@ def test_a_header_too_short_for_its_request_ends_the_connection_too() -> None:
     on_a_served_board(story)
 
 
-def test_there_is_a_limit_to_the_connections() -> None:
-    async def story(port: int, board: VirtualBoard) -> None:
-        clients = [await connect(port) for _ in range(server.CONNECTION_LIMIT)]
-        assert all([await answers(client) for client in clients])
-        assert await reply((await connect(port))[0]) == b""
-        assert await answers(clients[0])
-        clients[0][1].close()
-        await clients[0][1].wait_closed()
-        while not await answers(late := await connect(port)):  # the place is free before long
-            late[1].close()
-
-    on_a_served_board(story)
-
-
 def test_a_client_that_asks_nothing_is_hung_up_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Half a request is nothing."""
 
