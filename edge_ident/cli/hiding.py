@@ -38,18 +38,51 @@ class HideOptions:
             help="Hide one or two faults that this number draws; with --hide, draw their details.",
         ),
     ] = None
+    used: Annotated[
+        int | None,
+        typer.Option(
+            "--used",
+            metavar="NUMBER",
+            min=0,
+            help="Let another machine move, which this number draws: a used one, on which a dozen "
+            "things are a little off.",
+        ),
+    ] = None
+    wear: Annotated[
+        float | None,
+        typer.Option(
+            "--wear",
+            metavar="LEVEL",
+            min=0.0,
+            max=3.0,
+            help="How used the machine of --used is: 0 clean, 1 used, 2 worn; default: 1.",
+        ),
+    ] = None
+    friction: Annotated[
+        Literal["lugre", "dahl"] | None,
+        typer.Option(
+            "--friction",
+            help="Let the machine of --used be clean, in another simulation, with this friction.",
+        ),
+    ] = None
     reveal: Annotated[
         bool,
-        typer.Option("--reveal", help="Tell in the end what --hide or --hide-seed has hidden."),
+        typer.Option("--reveal", help="Tell in the end what these options have hidden."),
     ] = False
 
     def hidden(self, *, of_machine: bool = False) -> "Hidden | None":
         """What is to be hidden, in the machine alone where the board is another; None: nothing."""
+        if self.used is not None:
+            return self._used(self.used)
+        for missing, option in ((self.wear, "--wear"), (self.friction, "--friction")):
+            if missing is not None:
+                raise typer.BadParameter("give --used, too", param_hint=option)
         if not self.hide and self.hide_seed is None:
             for given, option in ((self.axis, "--axis"), (self.reveal, "--reveal")):
                 if given:
                     raise typer.BadParameter(
-                        "nothing is hidden: give --hide or --hide-seed, too", param_hint=option
+                        "nothing is hidden: give --hide, --hide-seed or --used, too",
+                        param_hint=option,
                     )
             return None
         if not self.hide:
@@ -60,6 +93,19 @@ class HideOptions:
             )
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--hide") from error
+
+    def _used(self, seed: int) -> "Hidden":
+        """The machine of this number."""
+        if self.hide or self.hide_seed is not None or self.axis:
+            raise typer.BadParameter(
+                "faults are hidden in the documented drive: give either these or --used",
+                param_hint="--used",
+            )
+        if self.friction is None:
+            return commissioning.Hidden.used(seed, 1.0 if self.wear is None else self.wear)
+        if self.wear is not None:
+            raise typer.BadParameter("with --friction the machine is clean", param_hint="--wear")
+        return commissioning.Hidden.rubbing(seed, self.friction)
 
     def add_to(self, document: dict[str, Any], hidden: "Hidden | None") -> None:
         """Put the truth into a document, if it is asked for."""

@@ -87,8 +87,8 @@ def connected(
     address = located(options)
     if hidden and address.device != "virtual":
         raise typer.BadParameter(
-            "faults are hidden in the drive behind --device virtual, or by edge-ident board",
-            param_hint="--hide",
+            "faults are hidden, and machines drawn, behind --device virtual or by edge-ident board",
+            param_hint="--hide, --used",
         )
     plant = hidden.plant() if hidden else None
     with edge_ident.connect(address.device, baud_rate=address.baud_rate, plant=plant) as board:

@@ -1,17 +1,20 @@
-"""The feed drive with something wrong: faults by name and size, or drawn by a number."""
+"""The machine behind a virtual board: the feed drive with faults, or another one that is drawn."""
 
 import difflib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Final, Self
 
 import numpy as np
 
+from firmware_interface.plant.bristles import BristleFriction, BristlePlant, Bristles
 from firmware_interface.plant.catalogue import EFFECTS, UNKNOWN
+from firmware_interface.plant.drives import Drives, draw_drives
 from firmware_interface.plant.effect import Effect, Scales
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
 from firmware_interface.plant.motions import SAMPLE_S, paper
 from firmware_interface.plant.plant import DELAY, Plant
+from firmware_interface.plant.used import departures
 
 CLEAR: Final = (0.5, 0.9)
 """Ranks that are drawn, on the logarithm of an effect's span; the strongest may stop a motion."""
@@ -20,6 +23,15 @@ _TYPICAL: Final = 0.75
 _LARGEST: Final = 2.0
 """Times the strongest of its span, beyond which a drive may not follow any more."""
 _AXES: Final = tuple(FEED_DRIVE)
+_HOLDS: Final = 0.5
+"""Most of its Coulomb friction that a drawn drive's weight takes."""
+_BODY: Final = {
+    "inertia": "kg*m^2",
+    "viscous_friction": "N*m*s/rad",
+    "coulomb_friction": "N*m",
+    "offset": "N*m",
+}
+"""A rigid body's parameters, and their units."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +62,48 @@ class Fault:
 
 @dataclass(frozen=True)
 class Hidden:
-    """Faults, with the drives that have them."""
+    """What nobody is told of a machine.
+
+    Attributes
+    ----------
+    effects : tuple of Effect
+    faults : tuple of Fault
+        What there is to tell.
+    drives : Drives
+        One; the documented feed drive, or a drawn one.
+    bristles : Bristles, optional
+        In place of the effects and of the drive's own friction: another simulation.
+    """
 
     effects: tuple[Effect, ...]
     faults: tuple[Fault, ...]
+    drives: Drives = field(default_factory=feed_drive)
+    bristles: Bristles | None = None
 
     def plant(self, sample_s: float = SAMPLE_S, delay: float = DELAY) -> Plant:
         """A drive with the faults, at rest; see `Plant`."""
-        return Plant(feed_drive(), self.effects, sample_s, delay)
+        if self.bristles is not None:
+            return BristlePlant(self.drives, self.bristles, sample_s, delay)
+        return Plant(self.drives, self.effects, sample_s, delay)
+
+    @classmethod
+    def used(cls, seed: int, wear: float = 1.0) -> Self:
+        """A random drive with everything a little off; see `firmware_interface.plant.used`."""
+        drives = _held(draw_drives(1, seed))
+        off = departures(drives, seed, wear) if wear else ()
+        faults = [
+            _fault(effect, axis, column, float(strength[0, column]))
+            for column, axis in enumerate(_AXES)
+            for effect, strength in off
+        ]
+        return cls(tuple(effect for effect, _ in off), (*_bodies(drives), *faults), drives)
+
+    @classmethod
+    def rubbing(cls, seed: int, friction: BristleFriction) -> Self:
+        """The same drive, clean, in another simulation; see `firmware_interface.plant.bristles`."""
+        drives = _held(draw_drives(1, seed))
+        bristles = Bristles.drawn(friction, len(_AXES), seed)
+        return cls((), tuple(_bodies(drives)), drives, bristles)
 
     @classmethod
     def of(
@@ -115,6 +161,20 @@ class Hidden:
             effects.append(effect)
             faults.append(_fault(effect, axis, column, strength))
         return cls(tuple(effects), tuple(faults))
+
+
+def _held(drives: Drives) -> Drives:
+    """The same with weights that friction holds, as without a brake it has to."""
+    chain = drives.chain
+    most = _HOLDS * chain.coulomb.sum(axis=0)
+    return replace(drives, chain=replace(chain, offset=np.clip(chain.offset, -most, most)))
+
+
+def _bodies(drives: Drives) -> Iterator[Fault]:
+    """The rigid body that a drawn drive has on every axis."""
+    for axis, body in zip(_AXES, drives.chain.rigid_body[0].tolist(), strict=True):
+        for (name, unit), value in zip(_BODY.items(), body, strict=True):
+            yield Fault(name, axis, value, unit, value, unit, {})
 
 
 def _fault(effect: Effect, axis: str, column: int, strength: float) -> Fault:

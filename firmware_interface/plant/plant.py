@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -19,6 +19,31 @@ LEAD_IN_S: Final = 5.0
 """A host goes to the start of its motion, and gathers speed there, before it records."""
 _REMEMBERED: Final = 64
 """Samples of effort from which the recorded one is made."""
+
+
+class Axis(Protocol):
+    """What moves in an axis."""
+
+    acceleration: float
+    other_velocity: float
+    other_acceleration: float
+
+    @property
+    def angle(self) -> tuple[float, float, float]:
+        """Of the masses, rad."""
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """Of the masses, rad/s."""
+
+    def at(self, time_s: float) -> None:
+        """Tell the time, once per sample."""
+
+    def advance(self, torque: float) -> None:
+        """One step under a motor torque."""
+
+    def advance_sound(self, torque: float, steps: int) -> None:
+        """As many steps of a sound axis."""
 
 
 class Plant:
@@ -51,8 +76,9 @@ class Plant:
             chain = effect.chain(chain)
         own = [[e.of_axis(0, axis) for e in effects if e.hit[0, axis]] for axis in axes]
         step_s = sample_s / STEPS_PER_SAMPLE
-        self._axes = [MovingAxis(chain, axis, own[axis], step_s) for axis in axes]
-        self._sound = all(axis.sound for axis in self._axes)
+        moving = [MovingAxis(chain, axis, own[axis], step_s) for axis in axes]
+        self._axes: Sequence[Axis] = moving
+        self._sound = all(axis.sound for axis in moving)
         self._encoders = [[e.encoder for e in overriding(some, "encoder")] for some in own]
         self._amplifiers = [[e.applied for e in overriding(some, "applied")] for some in own]
         self._recorders = [e.recorded for e in overriding(effects, "recorded")]

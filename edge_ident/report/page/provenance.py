@@ -44,7 +44,7 @@ def _discreet(words: Sequence[str]) -> list[str]:
     told, secret = [], False
     for word in words:
         option, given, _ = word.partition("=")
-        hides = option in ("--hide", "--hide-seed")
+        hides = option in ("--hide", "--hide-seed", "--used", "--wear", "--friction")
         told.append("..." if secret else f"{option}=..." if hides and given else word)
         secret = hides and not given
     return told

@@ -1,4 +1,4 @@
-"""--hide, --hide-seed and --reveal: a fault behind the virtual board, told only when asked for."""
+"""What moves behind the virtual board: a hidden fault or a used machine, told only when asked."""
 
 import json
 import sys
@@ -76,6 +76,18 @@ def test_a_board_reveals_what_a_number_draws_without_being_served(tmp_path: Path
     assert document["device"] is None
 
 
+def test_a_used_machine_is_drawn_by_its_number_and_its_wear() -> None:
+    told = [
+        json.loads(run("plant", "--used", "3", *more, "--reveal", "--json"))["hidden"]
+        for more in ([], ["--wear", "2"], ["--wear", "0"], ["--friction", "lugre"])
+    ]
+    inertia = [next(of["size"] for of in every if of["effect"] == "inertia") for every in told]
+    assert len(set(inertia)) == 1
+    gaps = [next(of["size"] for of in every if of["effect"] == "gap") for every in told[:2]]
+    assert gaps[1] == pytest.approx(2.0 * gaps[0])
+    assert all("gap" not in {of["effect"] for of in clean} for clean in told[2:])
+
+
 @pytest.mark.real_time
 def test_a_served_board_hides_and_does_not_tell(tmp_path: Path) -> None:
     board = [sys.executable, "-m", "edge_ident", "board", "--tcp", "0", "--speed", "max", *HIDE]
@@ -93,15 +105,20 @@ def test_options_that_go_nowhere_are_refused() -> None:
     assert "nothing is hidden" in refused(*CAPTURE, "--reveal")
     assert "nothing is hidden" in refused(*CAPTURE, "--axis", "z")
     assert "virtual" in refused("capture", "--device", "tcp://127.0.0.1:1", *HIDE)
+    assert "virtual" in refused("capture", "--device", "tcp://127.0.0.1:1", "--used", "3")
+    assert "--used" in refused(*CAPTURE, "--wear", "1")
+    assert "--used" in refused(*CAPTURE, "--friction", "dahl")
+    assert "either" in refused(*CAPTURE, "--used", "3", "--hide", "backlash")
+    assert "clean" in refused(*CAPTURE, "--used", "3", "--wear", "1", "--friction", "dahl")
 
 
 @pytest.mark.parametrize(
-    "words", [HIDE[:2], ["--hide=stribeck_friction=0.5"], ["--hide-seed", "9"]]
+    "words", [HIDE[:2], ["--hide=stribeck_friction=0.5"], ["--hide-seed", "9"], ["--used", "9"]]
 )
 def test_a_page_does_not_repeat_it(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["edge-ident", "run", *words, "--dry-run"])
     command = Provenance.of([]).command
-    assert command.startswith("edge-ident run --hide")
+    assert command.startswith("edge-ident run --")
     assert command.endswith(" --dry-run")
     assert "stribeck" not in command
     assert "9" not in command
