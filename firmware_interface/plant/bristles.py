@@ -9,6 +9,7 @@ that falls from rest to speed this is the model of LuGre (Canudas de Wit, Olsson
 Lischinsky 1995); with a constant one, and no damping, that of Dahl (1968).
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal, Self
 
@@ -125,6 +126,15 @@ class BristleAxis:
         """As many steps."""
         for _ in range(steps):
             self.advance(torque)
+
+    def jam(self) -> None:
+        """Block the motor: so heavy that nothing moves it."""
+        motor, table, _, table_speed, bend = self._state
+        self._motor, self._state = math.inf, (motor, table, 0.0, table_speed, bend)
+
+    def break_coupling(self) -> None:
+        """Part motor and table."""
+        self._spring = self._damper = 0.0
 
     def _change(self, state: _State, torque: float) -> _State:
         motor, table, motor_speed, table_speed, bend = state

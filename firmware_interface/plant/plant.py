@@ -45,6 +45,12 @@ class Axis(Protocol):
     def advance_sound(self, torque: float, steps: int) -> None:
         """As many steps of a sound axis."""
 
+    def jam(self) -> None:
+        """Block the motor where it is."""
+
+    def break_coupling(self) -> None:
+        """Part the motor from what it drives."""
+
 
 class Plant:
     """A drive that stands at zero, with its effects.

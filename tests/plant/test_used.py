@@ -159,3 +159,17 @@ def test_motor_and_table_swing_at_60_hz_against_each_other() -> None:
     spectrum = np.abs(np.fft.rfft(apart[10:], 4096))
     found = np.fft.rfftfreq(4096, 2.5e-3)[np.argmax(spectrum)]
     assert found == pytest.approx(CHAIN_HZ, rel=0.05)
+
+
+def test_a_jam_stops_the_motor_and_a_broken_coupling_frees_the_motor() -> None:
+    plant = rubbing("lugre", 0.1)
+    for n in range(600):
+        plant.advance([6.0, 6.0])
+        if n == 300:
+            plant.jam(0)
+            plant.break_coupling(1)
+            begin = np.array([plant.output_rad, plant.table_rad])
+    moved = np.array([plant.output_rad, plant.table_rad]) - begin
+    assert moved[0, 0] == 0.0
+    assert abs(moved[1, 0]) < 0.1
+    assert moved[0, 1] > 1.5 * abs(moved[1, 1])
