@@ -11,6 +11,7 @@ from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
 from firmware_interface.board_gains import GainVerbs
+from firmware_interface.board_hold import BEATS_PER_TIMEOUT
 from firmware_interface.board_identification import BoardIdentification, wait_for_identification
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import (
@@ -22,7 +23,8 @@ from firmware_interface.board_types import (
     read_limits,
     twice,
 )
-from firmware_interface.capture_pages import fetch_pages, read_page
+from firmware_interface.capture_pace import CapturePace
+from firmware_interface.capture_pages import fetch_pages, page_s, read_page
 from firmware_interface.codec import (
     crc32,
     decode,
@@ -178,9 +180,7 @@ class Board(GainVerbs):
     def start(self) -> None:
         """Start the armed motion."""
         self._session.pages_in_hand = 0
-        register = REGISTERS["watchdog.timeout"]
-        words = self._session.read(register.address, register.words)
-        self._session.beat_every(decode(register.name, words))
+        self._session.beat_every(self._patience_s())
         started = self._session.command(Opcode.START, MAP_CRCS[self.identity.map_version])
         self._motion_token = started.last_token
 
@@ -195,6 +195,16 @@ class Board(GainVerbs):
             A page was lost or cannot be read.
         """
         return fetch_pages(self._session, self.identity, self._motion_samples)
+
+    def capture_pace(self, samples: int) -> CapturePace:
+        """How fast so many samples are filled, and would be fetched with signs of life in between.
+
+        Some pages are read to find out.
+        """
+        fetched_s = page_s(self._session)
+        if fetched_s:
+            fetched_s *= 1.0 + min(fetched_s * BEATS_PER_TIMEOUT / self._patience_s(), 1.0)
+        return CapturePace.of(samples, self.identity.sample_period_s, fetched_s)
 
     def read_last_page(self) -> CapturePage:
         """The newest page of the last capture, once more; it stays until the next start.
@@ -224,10 +234,8 @@ class Board(GainVerbs):
 
         It does unless it takes gains meanwhile, and its watchdog is patient enough for any stop.
         """
-        timeout = REGISTERS["watchdog.timeout"]
         stop_s = max(stop_duration_s(limits.speed_rad_s) for limits in self.limits().values())
-        patience_s = decode(timeout.name, self._session.read(timeout.address, timeout.words))
-        if patience_s > stop_s and self.takes_gains_running():
+        if self._patience_s() > stop_s and self.takes_gains_running():
             self._session.beat()
             self.coming_to_rest = True
         else:
@@ -261,3 +269,8 @@ class Board(GainVerbs):
         """
         read, version = self._session.read, self.identity.map_version
         return wait_for_identification(read, version, self._motion_token, longest_s)
+
+    def _patience_s(self) -> float:
+        """Of the board's watchdog."""
+        register = REGISTERS["watchdog.timeout"]
+        return decode(register.name, self._session.read(register.address, register.words))

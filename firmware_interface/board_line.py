@@ -7,7 +7,7 @@ from typing import Final
 from firmware_interface.board_checks import went_back
 from firmware_interface.board_types import BoardStatus, read_nonce, read_status
 from firmware_interface.errors import ChangedWordError, LinkError, NoReplyError, RestartedError
-from firmware_interface.link import Link
+from firmware_interface.link import Line, Link
 from firmware_interface.registers import PAGE_SAMPLES
 from firmware_interface.spans import addresses, read_spans
 
@@ -20,10 +20,16 @@ class BoardLine:
     Parameters
     ----------
     link : Link
+
+    Attributes
+    ----------
+    line : Line or None
+        The link, where time passes while it brings a reply.
     """
 
     def __init__(self, link: Link) -> None:
         self._link = link
+        self.line = link if isinstance(link, Line) else None
         self._nonce = read_nonce(self.read)
         self._first_status = read_status(self.read)
         self._clock = self._first_status.clock_samples

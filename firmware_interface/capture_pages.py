@@ -9,6 +9,7 @@ from firmware_interface.board_checks import MotionWatch, check_capture
 from firmware_interface.board_hold import POLL_S
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, CapturePage, page_in_si
+from firmware_interface.capture_pace import PAGES_PER_ACKNOWLEDGE
 from firmware_interface.codec import decode_page
 from firmware_interface.errors import LinkError
 from firmware_interface.registers import (
@@ -21,7 +22,7 @@ from firmware_interface.registers import (
 )
 
 _PAGE_TRIES: Final = 3
-_PAGES_PER_ACKNOWLEDGE: Final = 16
+_TIMED_PAGES: Final = 5
 
 
 def fetch_pages(
@@ -52,7 +53,7 @@ def fetch_pages(
                 raise
             yield page
             fetched = session.pages_in_hand = index + 1
-            if fetched % _PAGES_PER_ACKNOWLEDGE == 0 or fetched == status.pages_written:
+            if fetched % PAGES_PER_ACKNOWLEDGE == 0 or fetched == status.pages_written:
                 session.beat()
             else:
                 session.keep()
@@ -60,6 +61,16 @@ def fetch_pages(
             return
         if not came:  # while pages were read, more may have come
             time.sleep(POLL_S)
+
+
+def page_s(session: Session) -> float:
+    """Time that the line takes for a page, as measured now; 0 where time waits for the host."""
+    if session.line is None:
+        return 0.0
+    began_s = time.monotonic()
+    for _ in range(_TIMED_PAGES):
+        session.read(PAGE_ADDRESS, PAGE_WORDS)
+    return (time.monotonic() - began_s) / _TIMED_PAGES
 
 
 def read_page(session: Session, identity: BoardIdentity, index: int) -> CapturePage:

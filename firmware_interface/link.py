@@ -1,6 +1,6 @@
 """The narrow seam between host and board: read words, write words."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 
 class Link(Protocol):
@@ -18,3 +18,16 @@ class Link(Protocol):
 
     def close(self) -> None:
         """Let go of the line."""
+
+
+@runtime_checkable
+class Line(Link, Protocol):
+    """A link over a line: a reply takes time, and the board goes on meanwhile.
+
+    Attributes
+    ----------
+    longest_reply_s : float
+        Longest time that a request has taken so far, from its sending to its reply or its end.
+    """
+
+    longest_reply_s: float

@@ -78,6 +78,11 @@ class ModbusLink:
     advice : str
         What to look at where nothing answers like a board.
 
+    Attributes
+    ----------
+    longest_reply_s : float
+        See `firmware_interface.link.Line`.
+
     Raises
     ------
     LinkError
@@ -96,6 +101,7 @@ class ModbusLink:
         self._silence_s = silence_s
         self._dirty = False
         self._last_read = (0, 0)
+        self.longest_reply_s = 0.0
         self._unanswered: list[tuple[int, int, float]] = []
         """Address and count of reads whose reply may still come, and when they were given up."""
         try:
@@ -188,12 +194,15 @@ class ModbusLink:
 
     def _transact(self, request: Callable[[], ModbusPDU]) -> ModbusPDU:
         self._dirty = True
+        sent_s = time.monotonic()
         try:
             reply = request()
         except ConnectionException as error:
             raise self._no_reply("the connection is lost") from error
         except (ModbusException, OSError) as error:
             raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
+        finally:
+            self.longest_reply_s = max(self.longest_reply_s, time.monotonic() - sent_s)
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
             raise self._refused(reply.exception_code)

@@ -13,7 +13,12 @@ from edge_ident.commissioning.gains.files import keep_backup
 from edge_ident.commissioning.gains.motor_way import unseen_load
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
-from edge_ident.commissioning.motion.capture import Capture, check_drive, check_room, come_to_rest
+from edge_ident.commissioning.motion.capture import (
+    Capture,
+    check_drive,
+    check_recordable,
+    come_to_rest,
+)
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
 from edge_ident.commissioning.study.board_answer import BoardAnswer, board_answer
@@ -175,7 +180,7 @@ def commission(
     check_drive(board, drive)
     study = plan.study(board, drive, network, folder, observer)
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
-    check_room(folder / CAPTURE_FILE, board, trajectory)
+    check_recordable(board, trajectory, folder / CAPTURE_FILE)
     make_ready(board)
     rehearse(study, trajectory)
     gains_before = board.active_gains()

@@ -26,7 +26,7 @@ from edge_ident.commissioning.latency.cold import cold_ms
 from edge_ident.commissioning.latency.result import Profile, ProfileRun
 from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.commissioning.link.port_notes import noted
-from edge_ident.commissioning.motion.capture import capture_motion, check_drive, check_room
+from edge_ident.commissioning.motion.capture import capture_motion, check_drive, check_recordable
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
 from edge_ident.drive.description import Drive
@@ -100,7 +100,7 @@ def _record(board: Board, drive: Drive, file: Path, observer: Observer) -> tuple
     """Capture the motion to work on; returns the times of tail and stop, ms."""
     check_drive(board, drive)
     trajectory = drive.trajectory()
-    check_room(file, board, trajectory)
+    check_recordable(board, trajectory, file)
     with ready_to_move(board, observer.say):
         observer.stage("motion")
         # what a motion that fails leaves would go with the folder of this file

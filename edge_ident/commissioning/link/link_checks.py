@@ -12,6 +12,7 @@ from edge_ident.commissioning.link.port_notes import explain
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
+from firmware_interface.capture_pace import CapturePace
 from firmware_interface.connection import open_link
 from firmware_interface.registers import State
 
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 _REQUESTS: Final = 200
 _PAUSE_S: Final = 0.008
 _ROUND_TRIP_S: Final = 0.010
-"""Longest median: a page of 35 ms takes two requests, one of them five times as long."""
+"""Longest median: a page, which takes 35 ms to fill, is five times as long."""
 _CLOCK_ERROR: Final = 1e-3
 """Largest difference between the clocks of board and host: what a second of the one is in the
 other goes straight into every speed and acceleration."""
@@ -28,7 +29,7 @@ _JITTER_S: Final = 0.05
 
 
 def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None]) -> list[Check]:
-    """Look at a board: map, state, round-trip time, clock and jitter.
+    """Look at a board: map, state, round-trip time, capture pages, clock and jitter.
 
     Parameters
     ----------
@@ -50,6 +51,8 @@ def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None])
         found.append(round_trip_check(returned_s - sent_s))
         if url == "virtual":
             return [*found, Check("board clock", True, "in this process: passes with requests")]
+        pace = board.capture_pace(0)
+        found += [capture_check(pace)] if pace.fetched_s else []
         middle_s = 0.5 * (sent_s + returned_s)
         return [*found, *clock_checks(middle_s, samples, board.identity.sample_period_s)]
     except (LinkError, BoardError) as error:
@@ -98,13 +101,25 @@ def _timed(board: Board, on_request: Callable[[int, int], None]) -> tuple[Array,
 
 
 def round_trip_check(durations_s: Array) -> Check:
-    """Whether pages can be fetched as fast as they are filled."""
+    """Whether requests are answered promptly."""
     median, slow = np.quantile(durations_s, [0.5, 0.99])
     return Check(
         "round trip",
         bool(median <= _ROUND_TRIP_S),
         f"median {1e3 * median:.2f} ms, 99 of 100 within {1e3 * slow:.2f} ms",
         "raise the baud rate, write 1 to the adapter's latency timer, remove hubs and gateways",
+    )
+
+
+def capture_check(pace: CapturePace) -> Check:
+    """Whether pages can be fetched as fast as they are filled."""
+    fits = "of any length" if pace.keeps_up else f"of at most {pace.longest_s:.0f} s"
+    return Check(
+        "capture",
+        pace.keeps_up,
+        f"the line brings {1.0 / pace.fetched_s:.1f} pages a second, the board fills "
+        f"{1.0 / pace.filled_s:.1f}: motions {fits} can be recorded",
+        "make the line faster, as for the round trip",
     )
 
 

@@ -128,8 +128,8 @@ def capture_motion(
 
     Raises
     ------
-    DataError
-        The disk has no room for the recording; the motion is not made.
+    DataError, LinkError
+        See `check_recordable`; the motion is not made.
     """
     reachable = with_lead_in(board, trajectory)
     if reachable.lead_in_s > trajectory.lead_in_s:
@@ -139,8 +139,8 @@ def capture_motion(
         )
     board.write_trajectory(reachable)
     expected = _samples(board, trajectory)
-    if file is not None:
-        check_room(file, board, trajectory)
+    if later := check_recordable(board, trajectory, file):
+        say(later)
     board.arm()
     pages: list[CapturePage] = []
     with _kept_if_cut_short(board, pages, file, say):
@@ -178,13 +178,46 @@ def come_to_rest(board: Board, capture: Capture) -> None:
         raise fault_error(status)
 
 
-def check_room(file: Path, board: Board, trajectory: Trajectory) -> None:
-    """Refuse a motion whose recording would not fit on the disk; best before the effort goes on.
+def check_recordable(board: Board, trajectory: Trajectory, file: Path | None) -> str:
+    """Refuse a motion that could not be recorded; best before the effort goes on.
+
+    What the line brings is measured now.
+
+    Returns
+    -------
+    str
+        That fetching ends later than the motion; empty where it does not.
 
     Raises
     ------
     DataError
+        The disk has no room for the file.
+    LinkError
+        The line is too slow: the board would overwrite samples before they are fetched.
     """
+    if file is not None:
+        _check_room(file, board, trajectory)
+    pace = board.capture_pace(_samples(board, trajectory))
+    if pace.overwritten:  # or was that one busy moment?
+        pace = board.capture_pace(_samples(board, trajectory))
+    if pace.keeps_up:
+        return ""
+    brings = f"it brings {1.0 / pace.fetched_s:.1f} capture pages a second"
+    if pace.overwritten:
+        raise LinkError(
+            f"the line is too slow for this motion of {trajectory.duration_s:.0f} s: {brings}, "
+            f"and at least {1.0 / pace.needed_s:.1f} are needed; the motion was not made",
+            "edge-ident doctor says what slows the line; as it is, a motion of at most "
+            f"{pace.longest_s:.0f} s can be recorded",
+        )
+    return (
+        f"the line is slow: {brings}, and the board fills {1.0 / pace.filled_s:.1f}. Fetching all "
+        f"samples takes {pace.all_fetched_s:.0f} s, of which the motion is "
+        f"{trajectory.duration_s:.0f} s"
+    )
+
+
+def _check_room(file: Path, board: Board, trajectory: Trajectory) -> None:
     samples = _samples(board, trajectory)
     needed = samples * _COLUMN_BYTES * (1 + _COLUMNS_PER_AXIS * len(board.axes))
     free = shutil.disk_usage(file.parent).free

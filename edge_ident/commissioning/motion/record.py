@@ -9,7 +9,7 @@ from edge_ident.commissioning.motion.capture import (
     Capture,
     capture_motion,
     check_drive,
-    check_room,
+    check_recordable,
 )
 from edge_ident.commissioning.motion.observer import Observer
 from edge_ident.commissioning.motion.safety import ready_to_move
@@ -59,7 +59,7 @@ def record_motion(
         trajectory, stage = motion, "motion"
     else:
         trajectory, stage = named_trajectory(drive, motion, cycles), motion
-    check_room(file, board, trajectory)
+    check_recordable(board, trajectory, file)
     with ready_to_move(board, observer.say):
         observer.stage(stage)
         found = capture_motion(board, trajectory, observer.samples, file, observer.say)

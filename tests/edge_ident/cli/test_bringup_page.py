@@ -18,7 +18,7 @@ SERVES = "board --pty --link ./board"
 EXPORTED = {"EDGE_IDENT_DEVICE": "shared", "EDGE_IDENT_DRIVE": "machine.toml"}
 """By the page, with the board of the test."""
 TAP = "<!-- test: the stop is tapped -->"
-OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip")
+OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip", "BAD  capture")
 """What the doctor may say of a board whose time passes with the requests."""
 
 
