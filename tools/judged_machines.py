@@ -4,7 +4,7 @@ Drives are those of `firmware_interface.plant.drives`, hidden effects those of i
 motions are those of the built-in drive, or a quarter of their amplitude in a quarter of their time.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,7 +19,7 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
 from firmware_interface import board_session
 from firmware_interface.board import Board
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
 from firmware_interface.plant.catalogue import EFFECTS, draw
 from firmware_interface.plant.drives import COUNT_RAD, draw_drives
@@ -40,19 +40,37 @@ _THIRD_SPEED: Final = 0.3
 _THIRD_S: Final = 6.0
 
 
-class _WatchedPlant(Plant):
-    """Remembers where its axes truly were, and what their encoders showed."""
+class Watch:
+    """Remembers of a plant, before every sample, where its axes truly are and what moves them.
 
-    def __init__(self, *arguments: object) -> None:
-        super().__init__(*arguments)  # type: ignore[arg-type]
+    Attributes
+    ----------
+    shown, true : list of (A,) lists
+        Angles: what the encoders show, and where their shafts are, rad.
+    speed : list of (A,) lists
+        Of those shafts, rad/s.
+    command : list of (A,) lists
+        Efforts that are given in this sample, N·m.
+    """
+
+    def __init__(self, plant: Plant) -> None:
+        self.clear()
+        self._plant, self._advance = plant, plant.advance
+        vars(plant)["advance"] = self._noted
+
+    def clear(self) -> None:
+        """Forget all of it."""
         self.shown: list[list[float]] = []
         self.true: list[list[float]] = []
+        self.speed: list[list[float]] = []
+        self.command: list[list[float]] = []
 
-    def advance(self, command: object) -> None:
-        """Note the sample that begins, and let it pass."""
-        self.shown.append(self.shown_rad)
-        self.true.append(self.output_rad)
-        super().advance(command)  # type: ignore[arg-type]
+    def _noted(self, command: Sequence[float]) -> None:
+        self.shown.append(self._plant.shown_rad)
+        self.true.append(self._plant.output_rad)
+        self.speed.append(self._plant.output_rad_s)
+        self.command.append(list(command))
+        self._advance(command)
 
 
 @dataclass(frozen=True)
@@ -76,7 +94,7 @@ class JudgedMachine:
     drive: Drive
     hidden: Mapping[str, tuple[str, ...]]
     base: Array
-    plant: _WatchedPlant
+    watch: Watch
     zero_rad: Array
 
     @property
@@ -86,16 +104,15 @@ class JudgedMachine:
 
     def move(self, trajectory: Trajectory) -> tuple[Capture, dict[str, float]]:
         """Do a motion; what the board recorded, and the true rms error of each axis."""
-        self.plant.shown.clear()
-        self.plant.true.clear()
+        self.watch.clear()
         capture = capture_motion(self.board, trajectory, lambda done, of: None)
         self.board.finish()
         recorded = np.stack([axis.position for axis in capture.recording.axes.values()], axis=-1)
         counts = np.round(recorded / COUNT_RAD)
-        shown = np.round(np.array(self.plant.shown) / COUNT_RAD)
+        shown = np.round(np.array(self.watch.shown) / COUNT_RAD)
         zero = np.round(self.zero_rad / COUNT_RAD)
         begin = _place(counts + zero, shown)
-        true = np.array(self.plant.true)[begin : begin + len(counts)] - zero * COUNT_RAD
+        true = np.array(self.watch.true)[begin : begin + len(counts)] - zero * COUNT_RAD
         time_s = capture.recording.time_s
         errors = {}
         for n, name in enumerate(trajectory.axes):
@@ -137,13 +154,20 @@ def judged_machine(
     if tuned:
         known = base * (1.0 + 0.03 * rng.normal(size=base.shape))
         gains = {axis: _designed(known[n]) for n, axis in enumerate(AXES)}
-    plant = _WatchedPlant(drives, hidden)
+    on = {axis: tuple(e.name for e in hidden if e.hit[0, n]) for n, axis in enumerate(AXES)}
+    drive = brief_drive() if brief else load_drive()
+    return watched(Plant(drives, hidden), gains, drive, on, base)
+
+
+def watched(
+    plant: Plant, gains: Bank, drive: Drive, hidden: Mapping[str, tuple[str, ...]], base: Array
+) -> JudgedMachine:
+    """A plant behind a board that has these gains; see `JudgedMachine`."""
     zero_rad = np.array(plant.shown_rad)
+    watch = Watch(plant)
     vars(board_session)["POLL_S"] = 0.0  # the board's time goes by requests
     board = Board.connect(VirtualBoard(BoardSettings(gains=gains), plant=plant))
-    drive = brief_drive() if brief else load_drive()
-    on = {axis: tuple(e.name for e in hidden if e.hit[0, n]) for n, axis in enumerate(AXES)}
-    return JudgedMachine(board, drive, on, base, plant, zero_rad)
+    return JudgedMachine(board, drive, hidden, base, watch, zero_rad)
 
 
 def third_motion(drive: Drive, seed: int) -> Trajectory:
