@@ -100,8 +100,8 @@ def _of_group(group: str, rows: Iterable[Row]) -> Iterator[str]:
     times = np.quantile([gained(row) for row in judged], [0.05, 0.5])
     yield f"  gained, weakest axis          {times[1]:.0f} times (median), {times[0]:.1f} (5 %)"
     ideal = [each for row in judged for each in over_ideal(row)]
-    spread = np.quantile(ideal, [0.5, 0.9])
-    yield f"  over the truth's gains        {spread[0]:.2f} (median; aim 1.5), {spread[1]:.2f} (90 %)"
+    half, most = np.quantile(ideal, [0.5, 0.9])
+    yield f"  over gains of the truth       {half:.2f} (median, aim 1.5), {most:.2f} in 90 %"
     writes = np.bincount([row["writes"] for row in every]).tolist()
     counts = ", ".join(f"{of} with {n}" for n, of in enumerate(writes) if of)
     yield f"  runs by number of writes      {counts}"
@@ -129,8 +129,8 @@ def _forecasts(every: Sequence[Row]) -> Iterator[str]:
             ratio = np.median([hit[4] for hit in found])
             held = _part(hit[3] for hit in found)
             yield (
-                f"  90 % interval of the {quantity[:-4]:4}     {held} (aim 85 to 97 %), measured over "
-                f"forecast {ratio:.2f} (median)"
+                f"  90 % interval of the {quantity[:-4]:4}     {held} (aim 85 to 97 %), measured "
+                f"over forecast {ratio:.2f} (median)"
             )
 
 

@@ -5,12 +5,12 @@
     python -m tools.used_machines --count 20 --friction lugre --output lugre.jsonl
     python -m tools.used_machines --output used.jsonl --summary
 
-Each machine of `--used` is run as a user runs it, with default options, on the virtual board that is
-embedded in the command. The gains that the board has at the end are then judged on machines as they
-were at the start: on the second motion of `run`, and on a third one that nobody was told of. So are
-the gains before, and those that are designed from the true local parameters: true inertia, and the
-line through the true friction. A row a run goes to the file; what is there is not run again, and
-Ctrl-C ends it. The tables are of all rows in the file.
+Each machine of `--used` is run as a user runs it, with default options, on the virtual board that
+is embedded in the command. The gains that the board has at the end are then judged on machines as
+they were at the start: on the second motion of `run`, and on a third one that nobody was told of.
+So are the gains before, and those that are designed from the true local parameters: true inertia,
+and the line through the true friction. A row a run goes to the file; what is there is not run
+again, and Ctrl-C ends it. The tables are of all rows in the file.
 """
 
 import argparse
@@ -51,8 +51,8 @@ from tools.used_machine_table import key_of, table
 
 _KNOWN: Final = 0.01
 """To which true parameters are known where gains are designed from them."""
-_SLOWEST: Final = 0.03
-"""Share of the peak speed below which friction is not linear."""
+_SLOWEST: Final = 0.25
+"""Share of the peak speed below which friction is no line: a reversal is not far."""
 Row = dict[str, Any]
 Errors = Mapping[str, Mapping[str, float]]
 
@@ -88,7 +88,7 @@ class Seen:
     board : VirtualBoard
         The last one.
     writes : int
-        Times that gains were put in force.
+        Times that other gains were put in force.
     moved : int
         Samples in which an axis moved.
     first_write : tuple of float, optional
@@ -124,8 +124,9 @@ class Seen:
                 write(board, address, words)
 
         def noted_commit(banks: GainBanks, now_s: float, staged: Bank) -> None:
-            self.writes += 1
-            self.first_write = self.first_write or self.spent
+            if staged != banks.active:  # a run first commits what is there, to try the way back
+                self.writes += 1
+                self.first_write = self.first_write or self.spent
             commit(banks, now_s, staged)
 
         _put(noted_read, noted_write, noted_commit)
@@ -163,8 +164,17 @@ def _clocks() -> Array:
     return np.array([time.perf_counter(), processor])
 
 
-def one_run(case: Case, keep: Path | None = None) -> Row:
-    """Run on a machine, and judge what came of it."""
+def one_run(case: Case, keep: Path | None = None, judged: Row | None = None) -> Row:
+    """Run on a machine, and judge what came of it.
+
+    Parameters
+    ----------
+    case : Case
+    keep : Path, optional
+        Folder for the folder of the run.
+    judged : row, optional
+        An earlier one of the same machine: errors before and of ideal gains stand there.
+    """
     vars(board_session)["POLL_S"] = 0.0  # the board's time goes by requests
     seen = Seen()
     with tempfile.TemporaryDirectory() as folder, seen.watching():
@@ -186,7 +196,7 @@ def one_run(case: Case, keep: Path | None = None) -> Row:
     }
     if not document:
         row["error"] = (done.stderr or repr(done.exception))[-400:]
-    return {**row, **_judged(case, machine.banks.active)}
+    return {**row, **_judged(case, machine.banks.active, judged)}
 
 
 def _document(text: str) -> Row:
@@ -225,24 +235,30 @@ def _held(of: Row, quantity: str) -> tuple[bool, float]:
     return low <= measured <= high, measured / of["after"][quantity]
 
 
-def _judged(case: Case, after: Bank) -> Row:
+def _judged(case: Case, after: Bank, known: Row | None) -> Row:
     """True errors on fresh machines, with the gains before, after, and from the truth."""
     before = dict.fromkeys(AXES, CONSERVATIVE_GAINS)
     try:
-        errors, truth = _followed(case, before)
-        machine = _machine(case, before)
-        ideal = {
-            axis: design(base_axis(Estimate(body, _KNOWN * np.abs(body))), machine.hardware[axis])
-            for axis, body in zip(AXES, truth, strict=True)
-        }
-        found = {"before": errors, "after": errors}
-        if after != machine.board.active_gains():
-            found["after"], _ = _followed(case, after)
-        found["ideal"], _ = _followed(case, {axis: of.gains for axis, of in ideal.items()})
+        found = known or _measured(case, before)
+        errors = dict(found["errors_rad"])
+        same = after == _machine(case, before).board.active_gains()
+        errors["after"] = errors["before"] if same else _followed(case, after)[0]
     except EdgeIdentError as error:
         return {"not_judged": str(error)}
-    grown = {on: worse_by(errors[on], found["after"][on]) for on in errors}
-    return {"errors_rad": found, "grown": grown, "truth": truth.tolist()}
+    grown = {on: worse_by(of, errors["after"][on]) for on, of in errors["before"].items()}
+    return {"errors_rad": errors, "grown": grown, "truth": found["truth"]}
+
+
+def _measured(case: Case, before: Bank) -> Row:
+    """What needs no run: errors with the gains before, and with those from the truth."""
+    errors, truth = _followed(case, before)
+    hardware = _machine(case, before).hardware
+    ideal = {
+        axis: design(base_axis(Estimate(body, _KNOWN * np.abs(body))), hardware[axis]).gains
+        for axis, body in zip(AXES, truth, strict=True)
+    }
+    best, _ = _followed(case, ideal)
+    return {"errors_rad": {"before": errors, "ideal": best}, "truth": truth.tolist()}
 
 
 def _machine(case: Case, gains: Bank) -> JudgedMachine:
@@ -312,15 +328,16 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--friction", choices=("lugre", "dahl"), help="clean, other simulation")
     parser.add_argument("--options", default="", help="more of `edge-ident run`, in one word")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--known", type=Path, help="rows of earlier runs on these machines")
     parser.add_argument("--keep", type=Path, help="folder for the runs' own folders")
     parser.add_argument("--output", type=Path, required=True, help="rows, JSON lines")
     parser.add_argument("--summary", action="store_true", help="run nothing")
     given = parser.parse_args(words)
-    rows = [json.loads(line) for line in given.output.open()] if given.output.exists() else []
-    done = {key_of(row) for row in rows}
+    rows, done = _read(given.output), {key_of(row) for row in _read(given.output)}
     left = [case for case in cases(given) if key_of(asdict(case)) not in done]
+    judged = {_machine_of(row): row for row in _read(given.known) if "errors_rad" in row}
     with suppress(KeyboardInterrupt):
-        for row in () if given.summary else _rows(left, given.processes, given.keep):
+        for row in () if given.summary else _rows(left, given.processes, given.keep, judged):
             rows.append(row)
             with given.output.open("a") as file:
                 file.write(json.dumps(row) + "\n")
@@ -328,11 +345,27 @@ def main(words: Sequence[str] | None = None) -> None:
     print(table(rows))
 
 
-def _rows(left: Sequence[Case], processes: int, keep: Path | None) -> Iterator[Row]:
+def _read(file: Path | None) -> list[Row]:
+    """Rows of a file; none where there is none."""
+    if file is None or not file.exists():
+        return []
+    return [json.loads(line) for line in file.read_text("utf-8").splitlines()]
+
+
+def _machine_of(row: Row) -> tuple[Any, ...]:
+    return row["seed"], row["wear"], row["friction"]
+
+
+def _rows(
+    left: Sequence[Case], processes: int, keep: Path | None, judged: Mapping[Any, Row]
+) -> Iterator[Row]:
     """Rows as they come; Ctrl-C ends those that are not begun."""
     pool = ProcessPoolExecutor(processes, initializer=signal.signal, initargs=_QUIET)
     try:
-        for done in as_completed([pool.submit(one_run, case, keep) for case in left]):
+        every = [
+            pool.submit(one_run, case, keep, judged.get(_machine_of(asdict(case)))) for case in left
+        ]
+        for done in as_completed(every):
             yield done.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
