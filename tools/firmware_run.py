@@ -2,6 +2,7 @@
 
     python -m tools.firmware_run
     python -m tools.firmware_run backlash torque_ripple=0.2 --axis z --motion multisine
+    python -m tools.firmware_run used=3 used=4 --speed 4
 
 The reference firmware for Linux serves a pseudo-terminal and moves the independent plant, which
 hides the fault in a process of its own. `edge-ident run` works on that device as a user starts it,
@@ -47,7 +48,7 @@ class FirmwareRun:
     Attributes
     ----------
     wish, axis : str
-        The fault, as `--hide` takes it, and where it is.
+        The fault, as `--hide` takes it, and where it is; used=NUMBER: the machine of `--used`.
     document : JSON object
         Of schema edge-ident/run/1, or of an error.
     seconds : float
@@ -155,7 +156,8 @@ def served(
         Times real time.
     """
     place = folder / "drive"
-    fault = ["--hide", wish, "--axis", axis]
+    name, _, number = wish.partition("=")
+    fault = ["--used", number] if name == "used" else ["--hide", wish, "--axis", axis]
     plant = [*_COMMAND, "plant", "--quiet", "--socket", str(place), *fault]
     with running(plant, errors=None, own_session=True) as drive:
         _first_line(drive)
