@@ -60,7 +60,9 @@ def short_motion() -> Trajectory:
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the programs of the reference firmware, built with the sanitizers."""
-    folder = _built_once(tmp_path_factory, "firmware", lambda to: build_firmware(to, "sanitized"))
+    folder = _built_once(
+        tmp_path_factory, "firmware", lambda to: build_firmware(to, "sanitized", "explore")
+    )
     return folder / "sanitized"
 
 

@@ -109,22 +109,6 @@ def test_in_simulated_time(firmware: Path, name: str) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
-@pytest.mark.parametrize("seed", a_few("123", "1"))
-def test_whatever_comes_over_the_line_nothing_moves_unasked(firmware: Path, seed: str) -> None:
-    """Plays whole hosts against `simulated/fuzz_invariants.c`; `make fuzz` does so for an hour."""
-    command = [str(firmware / "fuzz_frames"), "--inputs", "60000", "--seed", seed]
-    ran = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr
-    inputs, _, replies, exceptions, enabled, outside, starts, exchanges, *samples = (
-        int(number) for number in re.findall(r"\d+", ran.stdout)
-    )
-    assert inputs > replies > exceptions > 1000
-    assert min(enabled, outside, starts) > 100
-    assert exchanges > 10
-    assert len(samples) == 3
-    assert min(samples) > 10_000
-
-
 def test_the_wired_stop_cuts_the_effort_and_latches(firmware: Path) -> None:
     sine = Multisine((SineComponent(0.5, 1.0, 0.0),))
     with serving(c_command(firmware)) as served, served.connected() as board:

@@ -28,6 +28,7 @@ static struct {
     bool powered;
     uint32_t holder;
     unsigned long replies;
+    uint32_t samples;
 } before;
 
 /* As the last call of the main loop left it; since then there were only samples. */
@@ -36,6 +37,11 @@ static struct {
     bool powered, busy;
     uint32_t holder;
 } left;
+
+static struct {
+    unsigned long power_ups;
+    struct fd_gain_bank in_force[FD_AXES], earlier[FD_AXES];
+} bank;
 
 static bool unconfirmed; /* as the last sample or call of the main loop left it */
 
@@ -118,6 +124,35 @@ static void check_effort(void)
     invariants_seen.samples_in_fault += machine.state == FD_STATE_FAULT;
 }
 
+/* The wired stop was pressed when the last sample came. */
+static void check_stop(void)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        hold(!simulation.stop_pressed || simulation.effort[axis] == 0, "effort under STO");
+    }
+    hold(!simulation.stop_pressed || !drive_powered(), "enabled under STO");
+}
+
+/* Gains come into force whole: those staged, or those of before. */
+static void check_bank(void)
+{
+    const struct fd_gain_bank *active = gain_banks_active();
+    const bool new_board = bank.power_ups != simulation.power_ups;
+    if (!new_board && memcmp(active, bank.in_force, sizeof bank.in_force) == 0) {
+        return;
+    }
+    struct fd_gain_bank shadow[FD_AXES];
+    register_take_gains(GAINS_SHADOW, shadow);
+    hold(new_board || memcmp(active, shadow, sizeof shadow) == 0
+             || memcmp(active, bank.earlier, sizeof bank.earlier) == 0,
+         "gains in force that are a mixture");
+    hold(register_u32(FD_REG_ACTIVE_CRC) == register_gains_crc(GAINS_ACTIVE),
+         "the active bank's CRC is wrong");
+    bank.power_ups = simulation.power_ups;
+    memcpy(bank.earlier, bank.in_force, sizeof bank.earlier);
+    memcpy(bank.in_force, active, sizeof bank.in_force);
+}
+
 /* ---- around every call of the main loop, which carries out one request at most */
 
 /* What no sample may do by itself. */
@@ -134,6 +169,11 @@ static void check_samples(void)
 static void look_before(void)
 {
     check_samples();
+    check_bank();
+    if (before.samples != machine.samples) {
+        check_stop();
+    }
+    before.samples = machine.samples;
     before.state = machine.state;
     before.result = commands_last_result();
     before.powered = drive_powered();
@@ -191,6 +231,7 @@ static void look_after(void)
     const struct capture_counters capture = capture_ring_counters();
     check_asked_for();
     check_holder();
+    check_bank();
     if (simulation.replies != before.replies) {
         check_reply();
     }
@@ -210,7 +251,9 @@ static void look_after(void)
 
 void invariants_watch(void)
 {
+    memset(&before, 0, sizeof before);
     memset(&left, 0, sizeof left);
+    memset(&bank, 0, sizeof bank);
     unconfirmed = false;
     simulation.on_effort = check_effort;
     simulation.before_poll = look_before;

@@ -13,7 +13,8 @@
 #include "fuzz_values.h"
 #include "simulation.h"
 
-static unsigned long sent;
+#define LONGEST_US 30000000u
+
 static uint32_t table_crc; /* of the trajectory written last */
 static uint32_t bank_crc; /* of the gains staged last */
 
@@ -34,7 +35,6 @@ static void send(uint8_t frame[1024], size_t length)
         length *= 2u;
     }
     simulation_exchange(frame, length);
-    sent++;
 }
 
 static void write_words(uint16_t address, const uint16_t *words, unsigned count)
@@ -66,7 +66,6 @@ static void noise(void)
         bytes[n] = (uint8_t)fuzz_random();
     }
     simulation_exchange(bytes, length);
-    sent++;
 }
 
 /* Any function with any contents, whole by its CRC. */
@@ -150,7 +149,6 @@ static void write_table(void)
     fuzz_table(table);
     table_crc = client_table_crc(table);
     client_write_table(table);
-    sent += 3u;
 }
 
 static void stage_and_commit(void)
@@ -244,19 +242,15 @@ static void motion(void)
     }
 }
 
-unsigned long fuzz_play(void)
+void fuzz_plays(void)
 {
     static void (*const plays[])(void) = {
-        noise, any_frame, any_request, any_request, any_request, any_command, any_command,
-        heartbeat, heartbeat, release, write_table, set_watchdog, stage_and_commit, fuzz_inputs,
-        fuzz_wait,
-        motion, motion, motion,
+        motion, get_ready, stage_and_commit, any_command, heartbeat, fuzz_inputs, fuzz_wait,
+        any_request, any_frame, noise, release, write_table, set_watchdog, fuzz_power,
     };
-    sent = 0;
-    if (fuzz_rarely(100)) {
-        fuzz_power();
-    } else {
+    const uint32_t begun_us = simulation.time_us;
+    table_crc = bank_crc = 0;
+    while (!fuzz_exhausted() && simulation.time_us - begun_us < LONGEST_US) {
         plays[fuzz_below(sizeof plays / sizeof plays[0])]();
     }
-    return sent;
 }

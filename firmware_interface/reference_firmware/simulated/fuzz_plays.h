@@ -2,7 +2,7 @@
 #ifndef FUZZ_PLAYS_H
 #define FUZZ_PLAYS_H
 
-/* One of them, by chance; gives the number of frames that it sent. */
-unsigned long fuzz_play(void);
+/* One after the other, as long as there are bytes to choose from, or for half a minute. */
+void fuzz_plays(void);
 
 #endif

@@ -6,31 +6,51 @@
 #include "../settings.h"
 
 #define BANK_FLOATS (sizeof(struct fd_gain_bank) / sizeof(float))
+#define FIRST_FLOATS 9u /* feedback and the feed-forward of a rigid body */
+#define NEVER 0u
 
-static uint64_t state;
+static const uint8_t *choices;
+static size_t left;
 
-void fuzz_seed(uint64_t seed)
+void fuzz_choose_from(const uint8_t *bytes, size_t length)
 {
-    state = seed * 0x9e3779b97f4a7c15ull + 1u;
+    choices = bytes;
+    left = length;
 }
 
-/* xorshift64* */
+bool fuzz_exhausted(void)
+{
+    return left == 0;
+}
+
+/* So many bytes as a number; zeros where there are none any more. */
+static uint32_t taken(unsigned count)
+{
+    uint32_t number = 0;
+    for (; count > 0; count--) {
+        number <<= 8;
+        if (left > 0) {
+            number |= *choices++;
+            left--;
+        }
+    }
+    return number;
+}
+
 uint32_t fuzz_random(void)
 {
-    state ^= state >> 12;
-    state ^= state << 25;
-    state ^= state >> 27;
-    return (uint32_t)((state * 0x2545f4914f6cdd1dull) >> 32);
+    return taken(4u);
 }
 
 uint32_t fuzz_below(uint32_t limit)
 {
-    return fuzz_random() % limit;
+    return taken(limit <= 1u << 8 ? 1u : limit <= 1u << 16 ? 2u : limit <= 1u << 24 ? 3u : 4u) % limit;
 }
 
+/* The last of so many, so that nothing rare happens when there are no bytes left. */
 bool fuzz_rarely(uint32_t times)
 {
-    return fuzz_below(times) == 0;
+    return times != NEVER && fuzz_below(times) == times - 1u;
 }
 
 float fuzz_between(float lowest, float highest)
@@ -100,7 +120,7 @@ static void put_stairs(uint16_t *table, unsigned axis, uint32_t times)
 
 void fuzz_table(uint16_t table[TABLE_WORDS])
 {
-    const uint32_t times = fuzz_rarely(2) ? 6u : 1000000u; /* half of all tables are clean */
+    const uint32_t times = fuzz_rarely(2) ? 6u : NEVER; /* half of all tables are clean */
     const bool stairs = fuzz_rarely(3);
     const uint32_t capture = 1u + fuzz_below(fuzz_rarely(200) ? 200000u : fuzz_rarely(20) ? 6000u
                                                                                       : 400u);
@@ -123,15 +143,14 @@ void fuzz_table(uint16_t table[TABLE_WORDS])
 void fuzz_gains(struct fd_gain_bank *gains, const struct fd_gain_bank *maxima)
 {
     float numbers[BANK_FLOATS], largest[BANK_FLOATS];
-    const uint32_t times = fuzz_rarely(3) ? 100u : 1000000u;
+    const uint32_t times = fuzz_rarely(3) ? 6u : NEVER;
     memcpy(numbers, gains, sizeof numbers);
     memcpy(largest, maxima, sizeof largest);
-    for (unsigned n = 0; n < BANK_FLOATS; n++) {
-        numbers[n] = spoilt(numbers[n] * fuzz_between(0.9f, 1.1f), times);
-        if (fuzz_rarely(12)) { /* seldom beyond what the board allows, and as often off again */
-            numbers[n] = fuzz_rarely(2) ? fuzz_between(0.0f, 0.3f) * largest[n]
-                                        : fuzz_between(0.0f, 0.002f) * largest[n];
-        }
+    for (unsigned left_to_change = fuzz_below(8); left_to_change > 0; left_to_change--) {
+        const unsigned n = fuzz_below(fuzz_rarely(2) ? FIRST_FLOATS : BANK_FLOATS);
+        /* seldom beyond what the board allows, and as often off again */
+        const float most = fuzz_rarely(2) ? 0.3f : 0.002f;
+        numbers[n] = spoilt(fuzz_between(0.0f, most) * largest[n], times);
     }
     memcpy(gains, numbers, sizeof numbers);
 }

@@ -3,12 +3,15 @@
 #define FUZZ_VALUES_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "client.h"
 
-/* The choices that follow are those of this seed. */
-void fuzz_seed(uint64_t seed);
+/* The choices that follow are made from these bytes, as few as possible for each, so that another
+ * byte is another choice. When there are none left, each choice is the first. */
+void fuzz_choose_from(const uint8_t *bytes, size_t length);
+bool fuzz_exhausted(void);
 
 uint32_t fuzz_random(void);
 uint32_t fuzz_below(uint32_t limit);

@@ -171,9 +171,9 @@ size_t port_uart_receive(uint8_t *bytes, size_t capacity)
     const size_t count = simulation.line_left < capacity ? simulation.line_left : capacity;
     if (count > 0) {
         memcpy(bytes, simulation.line, count);
+        simulation.line += count;
+        simulation.line_left -= count;
     }
-    simulation.line += count;
-    simulation.line_left -= count;
     return count;
 }
 
