@@ -12,6 +12,8 @@ import typer
 
 from edge_ident.errors import DataError
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.limits import MOST_DESCRIPTION_BYTES, read_bytes
+from edge_ident.support.toml_text import from_toml
 
 PREFIX: Final = "EDGE_IDENT_"
 FILE_VARIABLE: Final = "EDGE_IDENT_CONFIG_FILE"
@@ -39,14 +41,14 @@ def read_settings() -> dict[str, Any]:
     """
     text = _text()
     try:
-        return _from_toml(text) if text else {}
-    except (ValueError, RecursionError) as error:
+        return from_toml(text) if text else {}
+    except ValueError as error:
         raise _unreadable(error) from error
 
 
 def _text() -> str:
     try:
-        return settings_file().read_text(encoding="utf-8")
+        return read_bytes(settings_file(), MOST_DESCRIPTION_BYTES).decode("utf-8")
     except (FileNotFoundError, NotADirectoryError):
         return ""
     except (OSError, ValueError) as error:
@@ -58,12 +60,6 @@ def _unreadable(error: Exception) -> DataError:
         f"{settings_file()}: the settings cannot be read: {error}",
         "correct the file, or remove it to use the defaults",
     )
-
-
-def _from_toml(text: str) -> dict[str, Any]:
-    import tomllib  # most users have no settings
-
-    return tomllib.loads(text)
 
 
 def write_setting(key: str, value: Any) -> Path:
@@ -97,8 +93,8 @@ def write_setting(key: str, value: Any) -> Path:
 def _means(text: str, key: str, value: Any) -> bool:
     """Whether a file of this text has the value, or with None lacks the setting."""
     try:
-        return bool(_from_toml(text).get(key) == value)
-    except (ValueError, RecursionError):
+        return bool(from_toml(text).get(key) == value)
+    except ValueError:
         read_settings()  # where the file itself is damaged, that is what to tell
         return False
 

@@ -7,14 +7,16 @@ gets an error with its line and the allowed range.
 import math
 import re
 import shlex
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.support.limits import MOST_DESCRIPTION_BYTES, TooLargeError, read_bytes
 from edge_ident.support.paths import no_file
+from edge_ident.support.toml_text import from_toml
+from edge_ident.support.visible_text import brief
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
@@ -42,6 +44,8 @@ TABLE_RANGES: Final = {
 OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
 """Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
+_FASTEST_BAUD: Final = 10**8
+"""Ten times what the fastest serial adapters do."""
 _TABLES: Final = {"name", "axes", "board", *TABLE_RANGES}
 
 
@@ -187,7 +191,11 @@ def load_drive(path: str | Path | None = None) -> Drive:
     path = Path(path)
     if not path.is_file():
         raise DataError(no_file(path), "give the path of a drive description (.toml)")
-    return _Reader(str(path), path.read_text("utf-8", errors="replace")).drive()
+    try:
+        content = read_bytes(path, MOST_DESCRIPTION_BYTES)
+    except TooLargeError as error:
+        raise DataError(f"{path}: {error}", "give a drive description (.toml)") from error
+    return _Reader(str(path), content.decode("utf-8", errors="replace")).drive()
 
 
 class _Reader:
@@ -197,11 +205,9 @@ class _Reader:
         self.source = source
         self.lines = text.splitlines()
         try:
-            self.data: dict[str, Any] = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise DataError(f"{source}: {error}", "correct the TOML at that line") from error
-        except RecursionError as error:
-            raise DataError(f"{source}: nested too deeply", "correct the TOML") from error
+            self.data = from_toml(text)
+        except ValueError as error:
+            raise DataError(f"{source}: {error}", "correct the TOML there") from error
 
     def drive(self) -> Drive:
         unknown = set(self.data) - _TABLES
@@ -238,17 +244,20 @@ class _Reader:
             number = isinstance(value, int | float) and not isinstance(value, bool)
             if not number or not low <= value <= high:
                 raise self.error(
-                    table, key, f"is {value!r}", f"allowed are numbers from {low:g} to {high:g}"
+                    table,
+                    key,
+                    f"is {brief(value)}",
+                    f"allowed are numbers from {low:g} to {high:g}",
                 )
         return {key: float(given[key]) for key in ranges}
 
     def board(self) -> dict[str, Any]:
         given = self.table("board", set(_BOARD_KEYS))
         for key, value in given.items():
-            if not isinstance(value, _BOARD_KEYS[key]):
-                raise self.error(
-                    "board", key, f"is {value!r}", f"give a {_BOARD_KEYS[key].__name__}"
-                )
+            kind = _BOARD_KEYS[key]
+            sound = isinstance(value, kind) and not isinstance(value, bool)
+            if not sound or (kind is int and not 0 < value <= _FASTEST_BAUD):
+                raise self.error("board", key, f"is {brief(value)}", f"give a {kind.__name__}")
         return given
 
     def check_motion(self, table: str, axis: DriveAxis, rate: float) -> None:

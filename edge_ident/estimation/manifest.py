@@ -1,5 +1,6 @@
 """The manifest of a network: its motion, its accuracy, the hashes of its files."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,13 @@ from edge_ident.estimation.image import Normalization
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
 from edge_ident.support.json_text import from_json
+from edge_ident.support.limits import (
+    MOST_DOCUMENT_BYTES,
+    MOST_NETWORK_BYTES,
+    TooLargeError,
+    read_bytes,
+)
+from edge_ident.support.visible_text import brief
 
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]
@@ -23,6 +31,7 @@ BUILT_IN: Final = Path(__file__).parents[1] / "networks" / "feed_drive.json"
 SCHEMA: Final = "edge-ident/network/2"
 VARIANTS: Final[tuple[Variant, ...]] = ("fp32", "int8")
 GRAPHS: Final[tuple[Graph, ...]] = ("rank_one", "image")
+_SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True)
@@ -119,11 +128,11 @@ def load_manifest(path: Path) -> Manifest:
         If it is missing, malformed or of another schema.
     """
     try:
-        fields = from_json(read_content(path))
+        fields = from_json(read_content(path, MOST_DOCUMENT_BYTES))
         if fields["schema"] != SCHEMA:
-            raise ValueError(f"schema is {fields['schema']}, not {SCHEMA}")
+            raise ValueError(f"schema is {brief(fields['schema'])}, not {SCHEMA}")
         return _manifest(fields)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         what = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise ModelError(
             f"{path}: not a network's manifest: {what}", "export the network again"
@@ -133,10 +142,10 @@ def load_manifest(path: Path) -> Manifest:
 def _manifest(fields: dict[str, Any]) -> Manifest:
     motion, start = fields["motion"], fields["start_shares"]
     if fields["normalization"] not in ("effort-scale", "min-max"):
-        raise ValueError(f"unknown normalization '{fields['normalization']}'")
+        raise ValueError(f"unknown normalization {brief(fields['normalization'])}")
     return Manifest(
         normalization=fields["normalization"],
-        sha256=dict(fields["sha256"]),
+        sha256=_hashes(fields["sha256"]),
         configuration=dict(fields["configuration"]),
         motion=NetworkMotion(
             period_s=float(motion["period_s"]),
@@ -157,8 +166,19 @@ def _manifest(fields: dict[str, Any]) -> Manifest:
     )
 
 
+def _hashes(given: Mapping[str, Any]) -> dict[str, str]:
+    for variant, sha256 in given.items():
+        if not isinstance(sha256, str) or not _SHA256.fullmatch(sha256):
+            raise ValueError(f"sha256 of {variant} is {brief(sha256)}, not 64 hexadecimal digits")
+    return dict(given)
+
+
 def _evaluation(fields: dict[str, Any]) -> Evaluation:
-    arrays = {name: np.array(value) for name, value in fields.items() if isinstance(value, list)}
+    arrays = {
+        name: _array(value, (len(PARAMETERS),))
+        for name, value in fields.items()
+        if isinstance(value, list)
+    }
     return Evaluation(**{**fields, **arrays})
 
 
@@ -183,16 +203,18 @@ def variant_named(name: str) -> Variant:
     raise ModelError(f"there is no variant {name}", f"choose {' or '.join(VARIANTS)}")
 
 
-def read_content(path: Path) -> bytes:
+def read_content(path: Path, most: int = MOST_NETWORK_BYTES) -> bytes:
     """The bytes of a network's file or of its manifest.
 
     Raises
     ------
     ModelError
-        If it cannot be read.
+        If it cannot be read, or has more than the most.
     """
     try:
-        return path.read_bytes()
+        return read_bytes(path, most)
+    except TooLargeError as error:
+        raise ModelError(f"{path}: {error}", "export the network again") from error
     except OSError as error:
         raise ModelError(
             f"{path}: cannot be read ({error.strerror})",

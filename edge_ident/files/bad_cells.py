@@ -5,21 +5,22 @@ from pathlib import Path
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import Dialect
 from edge_ident.files.layout import Layout
-from edge_ident.files.opening import open_text
+from edge_ident.files.opening import lines_of, open_text
+from edge_ident.support.visible_text import brief
 
 
 def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
     """Find the first row that is no row of the table, and say what is wrong with it."""
     width = len(layout.headings)
     with open_text(path, dialect.encoding) as file:
-        for row, line in enumerate(file, start=1):
+        for row, line in enumerate(lines_of(file), start=1):
             if row < layout.first_row or not line.strip():
                 continue
             cells = dialect.cells(line.rstrip("\n"))
             where = f"{path}, row {row}"
             if len(cells) > 1 and not any(map(dialect.is_number_anyhow, cells)):
                 return DataError(
-                    f"{where}: text again ({', '.join(cells[:3])}), where the table goes on: a "
+                    f"{where}: text again ({', '.join(map(brief, cells[:3]))}), where the table goes on: a "
                     "second table begins",
                     "keep one table in the file",
                 )
@@ -35,7 +36,7 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
 
 
 def _bad(where: str, heading: str, cell: str, dialect: Dialect) -> DataError:
-    what = f"{where}, column {heading}: {cell!r} is not a number"
+    what = f"{where}, column {heading}: {brief(cell)} is not a number"
     if dialect.is_number_anyhow(cell):
         what += f" with a decimal {dialect.decimal}, as the rows before are written"
     return DataError(what, "correct the cell, or remove the row")

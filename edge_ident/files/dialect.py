@@ -23,11 +23,11 @@ DECIMALS: Final = {"point": ".", "comma": ","}
 _HEAD_BYTES: Final = 1 << 17
 _HEAD_LINES: Final = 1000
 _NUMBERS: Final = {
-    "point": re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"),
+    "point": re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"),
     "comma": re.compile(r"[-+]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][-+]?\d+)?"),
 }
 _MISSING: Final = re.compile(r"|[-+]?(?:nan|inf)", re.IGNORECASE)
-_WORDS: Final = re.compile(r'"[^"]*"|[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?|\S+')
+_WORDS: Final = re.compile(r'"[^"]*"|[^\s\[(]+(?:\s*[\[(][^\[\]()]*[\])])?|\S+')
 """Cells between blanks; a unit in brackets belongs to the heading before it."""
 _SEVERAL: Final = re.compile(r"[-+\d.eE]*\d[;, \t][-+ ]*[.\d][-+\d.,; \teE]*")
 """Numbers with a delimiter between them."""

@@ -1,13 +1,17 @@
 """Tables that are columns already: data frames, Parquet files."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.files.extras import needed, unreadable
-from edge_ident.files.table import Table, series
+from edge_ident.files.extras import needed, reading
+from edge_ident.files.table import LOOKED_AT, Table, series
+from edge_ident.support.limits import check_table
+
+_NOTHING: Final = np.empty(0, dtype=object)
+"""Stands for what is not unpacked."""
 
 
 def is_frame(source: object) -> bool:
@@ -40,15 +44,34 @@ def _text(name: object) -> str:
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file.
 
+    Columns of lists or of records are no series, and are not unpacked. Text is kept once for each
+    of its values, as it is packed; the first rows of it are looked at.
+
     Raises
     ------
     DataError
         The file is damaged, pyarrow is missing, or there are no two columns of numbers.
+    TooLargeError
     """
     parquet = needed("pyarrow.parquet", "parquet", str(path))
-    try:
-        table = parquet.read_table(path)
-    except (OSError, ValueError) as error:
-        raise unreadable(str(path), "Parquet", error) from error
-    arrays = {name: table.column(i).to_numpy() for i, name in enumerate(table.column_names)}
+    with reading(str(path), "Parquet"):
+        with parquet.ParquetFile(path) as file:
+            schema, rows = file.schema_arrow, file.metadata.num_rows
+        check_table(len(schema), rows)
+        text = [field.name for field in schema if _is_text(field)]
+        with parquet.ParquetFile(path, read_dictionary=text) as file:
+            table = file.read([f.name for f in schema if not f.type.num_fields])
+        arrays: dict[str, NDArray[np.generic]] = {}
+        for field in schema:
+            held = table.column(field.name) if field.name in table.column_names else None
+            arrays[field.name] = _NOTHING if held is None else _values(held, field)
     return series(str(path), arrays, "Parquet")
+
+
+def _is_text(field: Any) -> bool:
+    return str(field.type) in ("string", "large_string", "binary", "large_binary")
+
+
+def _values(column: Any, field: Any) -> NDArray[np.generic]:
+    kept = column.slice(0, LOOKED_AT) if _is_text(field) else column
+    return np.asarray(kept.to_numpy())

@@ -6,16 +6,13 @@ from typing import Final
 
 from edge_ident.files.units import known_unit
 
-_BRACKETS: Final = re.compile(r"(?P<name>.*?)[\s_]*[\[({<](?P<unit>[^\[({<]*)[\])}>]\s*")
-_AFTER_SIGN: Final = re.compile(r"(?P<name>.+?)\s*(?:[,;:]|\s/|\sin)\s+(?P<unit>\S+)\s*")
-_UNDERSCORE: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+(?:_s2?)?)")
-_TWO_WORDS: Final = re.compile(r"(?P<name>.+?)_(?P<unit>[^\W_]+_[^\W_]+)")
-"""Heading with a unit of two words, as in `torque_oz_in`."""
-_DIVISOR: Final = re.compile(r"(?P<name>[^/]+)/\s*(?P<unit>[^/\s]+)\s*")
-"""Heading with its unit as divisor, as in `Zeit/ms` (DIN 1313)."""
+_OPENING: Final = "[({<"
+_CLOSING: Final = "])}>"
+_SIGNS: Final = (",", ";", ":")
+_WORDS: Final = ("/", "in")
+"""What stands between blanks before a unit."""
+_PER_SECOND: Final = ("s", "s2")
 _LABEL: Final = re.compile(r"\w*\d|[XYZABCUVW]")
-_FORMS: Final = (_BRACKETS, _AFTER_SIGN, _TWO_WORDS, _UNDERSCORE, _DIVISOR)
-"""The first form that names a unit counts."""
 _JOINT: Final = re.compile(r"(?:.*[\W_])?name[\W_]*(?P<index>\d+)\W*", re.IGNORECASE)
 """`field.name0`, `name_0`, `name[0]`: each row repeats the joint's name."""
 _BY_NAME: Final = {
@@ -33,21 +30,14 @@ _BY_NAME: Final = {
 def split_heading(heading: str) -> tuple[str, str | None]:
     """Name and unit of a heading, such as `Position [mm]`, `Zeit (ms)`, `pos_mm`, `Kraft in N`.
 
-    Brackets that hold no unit belong to the name, as in `Axis[1]`.
+    Brackets that hold no unit belong to the name, as in `Axis[1]`. The first form that names a unit
+    counts.
     """
     text = heading.strip()
     for form in _FORMS:
-        match = form.fullmatch(text)
-        if not match:
-            continue
-        unit = match["unit"].strip()
-        name = match["name"].strip()
-        if form is _UNDERSCORE:
-            unit = _BY_NAME.get(unit, unit)
-        if form is _DIVISOR and known_unit(name.split()[-1] if name else "") is not None:
-            continue  # the stroke of m/s
-        if name and known_unit(unit) is not None:
-            return name, unit
+        name, unit = form(text)
+        if name and unit and known_unit(unit) is not None:
+            return name.strip(), unit
     return text, None
 
 
@@ -59,12 +49,67 @@ def split_unknown(heading: str) -> tuple[str, str | None]:
     """
     name, unit = split_heading(heading)
     for form in _FORMS if unit is None else ():
-        match = form.fullmatch(heading.strip())
-        text = match["unit"].strip() if match else ""
-        said = form is _BRACKETS and not _LABEL.fullmatch(text)
-        if match and text and (said or text.lower() == "grad"):
-            return match["name"].strip(), text
+        before, text = form(heading.strip())
+        said = form is _in_brackets and not _LABEL.fullmatch(text)
+        if text and (said or (before and text.lower() == "grad")):
+            return before.strip(), text
     return name, None
+
+
+Parts = tuple[str, str]
+"""Name and unit; both are empty where a heading does not have that form."""
+_OTHER: Final[Parts] = ("", "")
+
+
+def _in_brackets(text: str) -> Parts:
+    """`Position [mm]`: what the last brackets hold, at the end."""
+    start = max(map(text.rfind, _OPENING))
+    if start < 0 or text[-1] not in _CLOSING:
+        return _OTHER
+    name = text[:start]
+    while name and (name[-1].isspace() or name[-1] == "_"):
+        name = name[:-1]
+    return name, text[start + 1 : -1].strip()
+
+
+def _after_sign(text: str) -> Parts:
+    """`Zeit, ms`, `Kraft / N` or `Kraft in N`: the last word, behind a sign."""
+    *before, unit = text.rsplit(None, 1) or [""]
+    name = "".join(before).rstrip()
+    if name.endswith(_SIGNS):
+        return name[:-1].rstrip(), unit
+    *first, word = name.rsplit(None, 1) or [""]
+    return ("".join(first).rstrip(), unit) if first and word in _WORDS else _OTHER
+
+
+def _two_words(text: str) -> Parts:
+    """`torque_oz_in`: the last two words of underscores."""
+    name, *words = text.rsplit("_", 2)
+    return (name, "_".join(words)) if len(words) == 2 and _all_words(words) else _OTHER
+
+
+def _underscore(text: str) -> Parts:
+    """`pos_mm`, or `speed_rad_s` as the contract writes it: the last word of underscores."""
+    words = text.rsplit("_", 2 if text.endswith(tuple(f"_{end}" for end in _PER_SECOND)) else 1)
+    words = words if words[0] and _all_words(words[1:]) else text.rsplit("_", 1)
+    name, unit = words[0], "_".join(words[1:])
+    return (name, _BY_NAME.get(unit, unit)) if _all_words(words[1:]) else _OTHER
+
+
+def _divisor(text: str) -> Parts:
+    """`Zeit/ms` (DIN 1313): the unit is a divisor, unless the stroke is that of m/s."""
+    name, *units = text.split("/")
+    unit = "".join(units).strip()
+    if len(units) != 1 or len(unit.split()) != 1 or known_unit((name.split() or [""])[-1]):
+        return _OTHER
+    return name.strip(), unit
+
+
+def _all_words(words: Iterable[str]) -> bool:
+    return all(word.isalnum() for word in words)
+
+
+_FORMS: Final = (_in_brackets, _after_sign, _two_words, _underscore, _divisor)
 
 
 def unique(headings: Iterable[str]) -> list[str]:

@@ -13,13 +13,17 @@ from edge_ident.files.units import known_unit
 
 Row = tuple[int, list[str]]
 """Number of a row in its file, from 1, and its cells."""
+_BETWEEN: Final = r"(?:[\s-][\s_-]*)?"
+"""What separates two words of a key, where the first has taken all underscores."""
 _PERIOD_KEY: Final = re.compile(
-    r"\W*(?:sampl\w*|cycle|scan|abtast\w*|zyklus\w*)[\s_-]*(?:time|period|interval|zeit|intervall?)?",
+    rf"\W*(?:(?:sampl|abtast|zyklus)\w*|(?:cycle|scan)_*){_BETWEEN}"
+    r"(?:time|period|interval|zeit|intervall?)?",
     re.IGNORECASE,
 )
-_RATE_KEY: Final = re.compile(r"\W*(?:sampl\w*|abtast\w*)[\s_-]*(?:rate|frequency|frequenz)", re.I)
-_VALUE: Final = re.compile(r"(?P<number>[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>\D*)")
-_PAIR: Final = re.compile(r"[#%\s]*([^=:]+?)\s*[=:]\s*(.+)")
+_RATE_KEY: Final = re.compile(
+    rf"\W*(?:sampl|abtast)\w*{_BETWEEN}(?:rate|frequency|frequenz)", re.IGNORECASE
+)
+_VALUE: Final = re.compile(r"(?P<number>[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)(?P<unit>\D*)")
 _HERTZ: Final = {"Hz": 1.0, "kHz": 1e3}
 _KEYS_OF_CHANNELS: Final = ("Name", "SymbolName")
 """First cells of rows that name a channel in each column, as TwinCAT Scope writes them."""
@@ -183,12 +187,19 @@ def _stated(before: Sequence[Row]) -> dict[str, str]:
     """What the lines before the table state: a key and a value in two cells, or `key = value`."""
     stated = {}
     for _, cells in before:
-        pair = _PAIR.fullmatch(cells[0]) if len(cells) == 1 or not any(cells[1:]) else None
+        pair = _pair(cells[0]) if len(cells) == 1 or not any(cells[1:]) else None
         if pair:
-            stated[pair[1]] = pair[2]
+            stated[pair[0]] = pair[1]
         elif len(cells) > 1 and cells[0]:
             stated[cells[0].strip("#%: ")] = cells[1]
     return stated
+
+
+def _pair(text: str) -> tuple[str, str] | None:
+    """The two sides of `key = value` or `key: value`."""
+    before, *behind = re.split("[=:]", text, maxsplit=1)
+    key, value = before.lstrip("#% \t").rstrip(), "".join(behind).strip()
+    return (key, value) if key and value else None
 
 
 def stated_period(header: Mapping[str, str]) -> float | None:
@@ -199,7 +210,7 @@ def stated_period(header: Mapping[str, str]) -> float | None:
         if value is None:
             continue
         number = float(value["number"].replace(",", "."))
-        unit = (unit.strip("]) ") or value["unit"]).strip()
+        unit = unit.strip("]) ") or value["unit"].strip()
         if _RATE_KEY.fullmatch(name.strip()) and unit in _HERTZ and number > 0.0:
             return 1.0 / (number * _HERTZ[unit])
         known = known_unit(unit)

@@ -7,8 +7,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.files.extras import needed, unreadable
+from edge_ident.files.extras import needed, reading
+from edge_ident.files.mat_sizes import check_mat
 from edge_ident.files.table import Table, series
+from edge_ident.support.limits import MOST_COLUMNS, MOST_NUMBERS, check_size
 
 Arrays = dict[str, NDArray[np.generic]]
 
@@ -24,18 +26,18 @@ def read_mat(path: Path) -> Table:
     ------
     DataError
         The file is damaged, its package is missing, or it holds no two vectors of one length.
+    TooLargeError
     """
     with path.open("rb") as file:
         start = file.read(_USER_BLOCK + len(_HDF5))
     if start.startswith(_HDF5) or start.endswith(_HDF5):
         return read_hdf5(path)
     io = needed("scipy.io", "mat", str(path))
-    try:
+    with reading(str(path), ".mat"):
+        check_mat(path)
         held = io.loadmat(path, simplify_cells=True)
-    except (ValueError, TypeError, OSError, EOFError, NotImplementedError, KeyError) as error:
-        raise unreadable(str(path), ".mat", error) from error
-    arrays = {name: array for key, value in held.items() if not key.startswith("__")
-              for name, array in _vectors(key, value)}  # fmt: skip
+        arrays = {name: array for key, value in held.items() if not key.startswith("__")
+                  for name, array in _vectors(key, value)}  # fmt: skip
     return series(str(path), arrays, "MATLAB v5 to v7")
 
 
@@ -63,19 +65,20 @@ def read_hdf5(path: Path) -> Table:
     """
     h5py = needed("h5py", "mat", str(path))
     arrays: Arrays = {}
+    sizes: list[int] = []
 
     def take(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.size < 2:
             return
+        sizes.append(max(item.size, item.nbytes // np.dtype(np.float64).itemsize))
+        check_size("columns", len(sizes), MOST_COLUMNS)
+        check_size("numbers", sum(sizes), MOST_NUMBERS)
         unit = item.attrs.get("unit", item.attrs.get("units", ""))
         unit = unit.decode() if isinstance(unit, bytes) else str(unit)
         heading = name.replace("/", ".") + (f" [{unit}]" if unit else "")
         if "MATLAB_class" not in item.attrs or item.attrs["MATLAB_class"] != b"char":
             arrays[heading] = item[()]
 
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(take)
-    except (OSError, RuntimeError) as error:
-        raise unreadable(str(path), "HDF5", error) from error
+    with reading(str(path), "HDF5"), h5py.File(path, "r") as file:
+        file.visititems(take)
     return series(str(path), arrays, "HDF5")

@@ -9,6 +9,7 @@ from edge_ident.errors import DataError
 from edge_ident.files.frames import is_frame, read_frame
 from edge_ident.files.ros import joined_stamps
 from edge_ident.files.table import Table
+from edge_ident.support.limits import TooLargeError
 from edge_ident.support.paths import no_file
 
 _READERS: Final = {
@@ -27,6 +28,9 @@ _READERS: Final = {
 ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".csv.gz", *_READERS)
 """Endings of files that hold a table: of text, then of every other format."""
 _ANY: Final = f"give the path of a recording ({', '.join(ENDINGS)})"
+_LESS: Final = (
+    "record for less time, at a lower rate, or fewer signals; or cut the file into several"
+)
 _CAPTURE: Final = "capture.npz"
 """What run and capture call their first recording."""
 _BAG_OF_ROS_2: Final = "metadata.yaml"
@@ -61,11 +65,20 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
     Raises
     ------
     DataError
-        There is no such file, it is damaged or of a format that is not read, or a package that it
-        needs is missing.
+        There is no such file, it is damaged or of a format that is not read, it is larger than
+        `edge_ident.support.limits` allow, or a package that it needs is missing.
     """
+    try:
+        return joined_stamps(_table(source, delimiter, decimal))
+    except TooLargeError as error:
+        raise DataError(f"{source}: {error}", _LESS) from error
+    except MemoryError as error:
+        raise DataError(f"{source}: there is not enough memory to read it", _LESS) from error
+
+
+def _table(source: Any, delimiter: str | None, decimal: str | None) -> Table:
     if not isinstance(source, str | Path):
-        return joined_stamps(_frame(source))
+        return _frame(source)
     path = Path(source)
     if (path / _BAG_OF_ROS_2).is_file():
         return _read("bags", "read_bag", path)
@@ -73,11 +86,11 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
         raise DataError(no_file(path), _recording_in(path) or _ANY)
     ending = path.suffix.lower()
     if ending in _READERS:
-        return joined_stamps(_read(*_READERS[ending], path))
+        return _read(*_READERS[ending], path)
     if ending in _NOT_READ:
         what, next_step = _NOT_READ[ending]
         raise DataError(f"{path}: {what}", next_step)
-    return joined_stamps(_read("text", "read_text", path, delimiter, decimal))
+    return _read("text", "read_text", path, delimiter, decimal)
 
 
 def _recording_in(path: Path) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from edge_ident.files.table import Column, Table
 
-_PART: Final = re.compile(r"(?P<stem>.*?)[\W_]*(?P<part>n|nano)?se?cs?", re.IGNORECASE)
+_PART: Final = re.compile(r"(?P<part>n|nano)?se?cs?\Z", re.IGNORECASE)
 """`header.stamp.secs` and `.nsecs` of ROS 1, `header.stamp.sec` and `.nanosec` of ROS 2."""
 _NS_PER_S: Final = 1e9
 
@@ -18,8 +18,9 @@ def joined_stamps(table: Table) -> Table:
     headings = {column.heading for column in table.columns}
     parts: dict[str, dict[bool, Column]] = {}
     for column in table.columns:
-        if match := _PART.fullmatch(column.heading):
-            parts.setdefault(match["stem"], {})[bool(match["part"])] = column
+        if match := _PART.search(column.heading):
+            stem = _without_signs(column.heading[: match.start()])
+            parts.setdefault(stem, {})[bool(match["part"])] = column
     columns, how = list(table.columns), [table.how] if table.how else []
     for stem, pair in parts.items():
         heading = stem or "stamp"
@@ -32,6 +33,14 @@ def joined_stamps(table: Table) -> Table:
         columns = [joined if c is seconds else c for c in columns if c is not fine]
         how.append(f"{heading} of {seconds.heading} and {fine.heading}")
     return replace(table, columns=tuple(columns), how=", ".join(how))
+
+
+def _without_signs(text: str) -> str:
+    """Text up to its last letter or digit."""
+    end = len(text)
+    while end and not text[end - 1].isalnum():
+        end -= 1
+    return text[:end]
 
 
 def _is_stamp(seconds: Column, fine: Column) -> bool:

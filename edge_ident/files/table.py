@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.headings import joint_names, split_heading, unique
+from edge_ident.support.limits import MOST_CHARACTERS, MOST_COLUMNS, MOST_NUMBERS, check_size
 
 Array = NDArray[np.float64]
 
-_LOOKED_AT: Final = 100
+LOOKED_AT: Final = 100
 """Rows of a column of text that are looked at: a name of a joint is in all of them."""
 
 
@@ -73,8 +74,16 @@ class Table:
 def make_columns(
     headings: Iterable[str], values: Iterable[Array], units: Iterable[str | None]
 ) -> tuple[Column, ...]:
-    """Columns with unique headings; a unit that is given apart goes before the heading's own."""
-    made = []
+    """Columns with unique headings; a unit that is given apart goes before the heading's own.
+
+    Raises
+    ------
+    TooLargeError
+        They are more than are read, or a heading is longer.
+    """
+    headings, made = list(headings), []
+    check_size("columns", len(headings), MOST_COLUMNS)
+    check_size("characters in a heading", max(map(len, headings), default=0), MOST_CHARACTERS)
     for heading, numbers, given in zip(unique(headings), values, units, strict=True):
         name, unit = split_heading(heading)
         made.append(Column(heading, name, given or unit, numbers))
@@ -96,7 +105,11 @@ def series(source: str, arrays: Mapping[str, NDArray[np.generic]], how: str) -> 
     ------
     DataError
         No two arrays have the same length.
+    TooLargeError
+        There are more numbers than are read.
     """
+    check_size("columns", len(arrays), MOST_COLUMNS)
+    check_size("numbers", sum(array.size for array in arrays.values()), MOST_NUMBERS)
     split, left_out = _split(arrays)
     lengths = [len(values) for _, values in split.values()]
     length = max(set(lengths), key=lambda n: (min(lengths.count(n), 2), n), default=0)
@@ -115,7 +128,7 @@ def series(source: str, arrays: Mapping[str, NDArray[np.generic]], how: str) -> 
     columns = make_columns(
         kept, (values for _, values in kept.values()), (unit for unit, _ in kept.values())
     )
-    texts = {name: set(map(str, a[:_LOOKED_AT])) for name, a in arrays.items() if _is_text(a)}
+    texts = {name: set(map(str, a[:LOOKED_AT])) for name, a in arrays.items() if _is_text(a)}
     labels = joint_names(texts.items())
     return Table(source, columns, how, left_out=tuple(left_out), labels=labels)
 

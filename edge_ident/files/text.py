@@ -25,8 +25,9 @@ from edge_ident.files.dialect import (
 from edge_ident.files.extras import unreadable
 from edge_ident.files.headings import joint_names
 from edge_ident.files.layout import Layout, lay_out, stated_period
-from edge_ident.files.opening import is_compressed, open_bytes, open_text
+from edge_ident.files.opening import is_compressed, lines_of, open_bytes, open_text
 from edge_ident.files.table import Table, make_columns
+from edge_ident.support.limits import MOST_COLUMNS, TooLargeError, check_size, check_table
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,7 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
     DataError
         The file is not text, holds no table, has a bad cell, or a comma may be one of thousands;
         or gzip has compressed it, and it is damaged.
+    TooLargeError
     """
     try:
         return _table(path, delimiter, decimal)
@@ -64,12 +66,15 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     dialect = find_dialect(path, lines, encoding, delimiter, decimal)
     rows = [(i, dialect.cells(line)) for i, line in enumerate(lines, start=1) if line.strip()]
     width = width_of(dialect, [cells for _, cells in rows])
+    check_size("columns", width, MOST_COLUMNS)
     layout = lay_out(str(path), _without_comments(rows, width), width, dialect.is_value)
     table = lines[layout.first_row - 1 :]
     quoted = any('"' in line for line in table)
     layout = replace(layout, open_end=_open_end(table, DELIMITERS[dialect.delimiter]))
     try:
         values = _numbers(path, dialect, layout, quoted)
+    except TooLargeError:
+        raise
     except (ValueError, csv.Error) as error:
         raise bad_cell(path, dialect, layout) from error
     headings = [layout.headings[c] for c in layout.numeric]
@@ -116,11 +121,13 @@ def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Arra
     ------
     ValueError
         A cell is no number, or a row has more or fewer cells.
+    TooLargeError
     """
     most = max(_count_rows(path) - layout.first_row + 1, 0)
+    check_table(len(layout.numeric), most)
     values, at = np.empty((len(layout.numeric), most)), 0
     with open_text(path, dialect.encoding) as file:
-        table = islice(file, layout.first_row - 1, layout.first_row - 1 + most)
+        table = islice(lines_of(file), layout.first_row - 1, layout.first_row - 1 + most)
         lines = _plain(table, dialect, layout, quoted)
         while (rows := _parsed(islice(lines, _CHUNK_ROWS), dialect, layout, quoted)).size:
             values[:, at : at + len(rows)] = rows.T

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 from typing import Final
 
 
@@ -103,11 +103,18 @@ _TORQUES: Final = tuple(
     )
 )
 """Force and arm in either order: `oz-in`, `lbf·in`, `ft-lbs`, `ftlb`, `kgf·cm`."""
+_LONGEST: Final = 40
+"""Characters of a unit: twice those of the longest that is known."""
 _SIGN: Final = re.compile(r"\s*[·⋅*.\-\s]\s*")
 """What stands between the parts of a product."""
 _NUMBER: Final = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _SCALED: Final = re.compile(rf"(?P<top>{_NUMBER})(?:/(?P<bottom>{_NUMBER}))?\s*(?P<unit>\D.*)")
 _PER: Final = re.compile(rf"(?P<counts>{_NUMBER})\s*(?:/\s*(?P<unit>\D.*))?")
+
+
+def _spaced(text: str) -> str:
+    """Text with single blanks between its words."""
+    return " ".join(text.split())
 
 
 def known_unit(text: str) -> Unit | None:
@@ -116,7 +123,9 @@ def known_unit(text: str) -> Unit | None:
     Case counts (`mN` and `MN`, `nm` and `Nm`); where no unit is written so, it does not, provided
     that only one unit is left.
     """
-    text = text.strip().rstrip(".")
+    text = _spaced(text).rstrip(".")
+    if len(text) > _LONGEST:
+        return None
     spelled = (text, _SIGN.sub("*", text))
     if exact := [_UNITS[word] for word in spelled if word in _UNITS]:
         return exact[0]
@@ -142,18 +151,20 @@ def stated_unit(text: str) -> Unit | None:
     """A unit, or a number of it that one step of a column stands for: `1/8192 turn`, `0.05 Nm`."""
     if (unit := known_unit(text)) is not None:
         return unit
-    match = _SCALED.fullmatch(text.strip())
+    match = _SCALED.fullmatch(_spaced(text))
     unit = known_unit(match["unit"]) if match else None
     if match is None or unit is None or unit.offset:
         return None
-    factor = float(match["top"]) / float(match["bottom"] or 1.0)
-    return Unit(unit.base, unit.factor * factor) if factor > 0.0 else None
+    top, bottom = float(match["top"]), float(match["bottom"] or 1.0)
+    factor = unit.factor * top / bottom if bottom > 0.0 else 0.0
+    return Unit(unit.base, factor) if 0.0 < factor < inf else None
 
 
 def count_unit(resolution: str) -> Unit | None:
     """One count of an encoder with so many `counts per turn`, `8192/turn`, or length, `1000/mm`."""
-    match = _PER.fullmatch(resolution.strip())
+    match = _PER.fullmatch(_spaced(resolution))
     unit = known_unit(match["unit"] or "turn") if match else None
-    if match is None or unit is None or unit.base not in ("rad", "m") or not float(match["counts"]):
+    if match is None or unit is None or unit.base not in ("rad", "m"):
         return None
-    return Unit(unit.base, unit.factor / float(match["counts"]))
+    counts = float(match["counts"])
+    return Unit(unit.base, unit.factor / counts) if 0.0 < counts < inf else None

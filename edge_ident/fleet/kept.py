@@ -43,7 +43,7 @@ def load_kept(folder: Path, key: str) -> dict[str, Any] | None:
     try:
         document = read_json(folder / FOLDER / f"{key}.json")
         recording_of(document, "", "", "")  # complete
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
         return None
     return document if document.get("schema") == SCHEMA else None
 

@@ -20,6 +20,7 @@ from edge_ident.model.model import (
 from edge_ident.model.physical_sums import left_by_terms
 from edge_ident.model.sources import axes_of
 from edge_ident.model.supported_range import QUANTITIES, SupportedRange
+from edge_ident.support.visible_text import brief
 
 SCHEMA: Final = "edge-ident/model/1"
 _POSITION_UNITS: Final = ("rad", "m")
@@ -52,6 +53,19 @@ def model_of(document: Any, source: str) -> Model:
     return _Reader(source).model(document)
 
 
+def _text(value: Any) -> str:
+    """A name or a hash.
+
+    Raises
+    ------
+    TypeError
+        It is none.
+    """
+    if not isinstance(value, str):
+        raise TypeError(f"{brief(value)} is no text")
+    return value
+
+
 class _Reader:
     """Checks one document, and names the place of what is wrong in it."""
 
@@ -61,17 +75,21 @@ class _Reader:
     def model(self, document: Any) -> Model:
         schema = document.get("schema") if isinstance(document, dict) else None
         if schema != SCHEMA:
-            raise self._error("", f"its schema is {schema!r}", f"give a file of schema {SCHEMA}")
+            raise self._error(
+                "", f"its schema is {brief(schema)}", f"give a file of schema {SCHEMA}"
+            )
         axes = self._mapping(document, "axes", "")
         read = {name: self._axis(f"axis {name}", axes, name) for name in axes}
         passive = document.get("passive", [])
         if not (isinstance(passive, list) and all(isinstance(name, str) for name in passive)):
-            raise self._error("", f"passive is {passive!r}", "give a list of names of axes")
+            raise self._error("", f"passive is {brief(passive)}", "give a list of names of axes")
         for name, axis in read.items():
             self._check_sources(name, axis, [*read, *passive])
         provenance = document.get("provenance", {})
         try:
-            recordings = tuple(SourceFile(r["file"], r["sha256"]) for r in provenance["recordings"])
+            recordings = tuple(
+                SourceFile(_text(r["file"]), _text(r["sha256"])) for r in provenance["recordings"]
+            )
             versions = {str(k): str(v) for k, v in provenance["versions"].items()}
         except (KeyError, TypeError, AttributeError) as error:
             raise self._error(
@@ -86,7 +104,7 @@ class _Reader:
         for key, known in (("position_unit", _POSITION_UNITS), ("effort_unit", _EFFORT_UNITS)):
             if document.get(key) not in known:
                 raise self._error(
-                    place, f"{key} is {document.get(key)!r}", f"allowed: {', '.join(known)}"
+                    place, f"{key} is {brief(document.get(key))}", f"allowed: {', '.join(known)}"
                 )
             units.append(document[key])
         given = document.get("terms")
@@ -103,7 +121,9 @@ class _Reader:
     def _term(self, axis_place: str, document: Any, units: list[str]) -> Term:
         if not isinstance(document, dict):
             raise self._error(axis_place, "a term is not an object", 'write {"effect": …}')
-        name = str(document.get("effect"))
+        name = document.get("effect")
+        if not isinstance(name, str):
+            raise self._error(axis_place, f"an effect is {brief(name)}", "give its name")
         place = f"{axis_place}, term {name}"
         try:
             effect = named(name)
@@ -125,7 +145,7 @@ class _Reader:
             if entry.get("std") is not None:
                 std[parameter.name] = self._deviation(place, parameter.name, entry["std"])
         supported = self._range(place, document)
-        return Term(name, values, std, document.get("source_axis"), supported)
+        return Term(name, values, std, self._source_axis(place, document), supported)
 
     def _range(self, place: str, document: Mapping[str, Any]) -> SupportedRange | None:
         if document.get("supported") is None:
@@ -136,7 +156,7 @@ class _Reader:
             ends = given.get(name)
             if not isinstance(ends, list) or len(ends) != 2:
                 raise self._error(
-                    f"{place}, supported", f"{name} is {ends!r}", "write [lowest, highest]"
+                    f"{place}, supported", f"{name} is {brief(ends)}", "write [lowest, highest]"
                 )
             low, high = (self._number(place, "supported", name, end) for end in ends)
             if low > high:
@@ -153,7 +173,7 @@ class _Reader:
         unit = unit_of(parameter, *units)
         if entry.get("unit", unit) != unit:
             raise self._error(
-                f"{place}, parameter {parameter.name}", f"its unit is {entry['unit']!r}",
+                f"{place}, parameter {parameter.name}", f"its unit is {brief(entry['unit'])}",
                 f"convert it to {unit}",
             )  # fmt: skip
         if not parameter.low <= value <= parameter.high:
@@ -178,7 +198,7 @@ class _Reader:
                 number = float(value)
         if not math.isfinite(number):
             raise self._error(
-                f"{place}, parameter {parameter}", f"its {key} is {value!r:.40}",
+                f"{place}, parameter {parameter}", f"its {key} is {brief(value)}",
                 "give a finite number",
             )  # fmt: skip
         return number
@@ -207,6 +227,12 @@ class _Reader:
                     place, f"its terms leave {amount:.3g} of {what}",
                     f"raise {what} of {BASE}, or lower what the effects take from it",
                 )  # fmt: skip
+
+    def _source_axis(self, place: str, document: Mapping[str, Any]) -> str | None:
+        source = document.get("source_axis")
+        if source is not None and not isinstance(source, str):
+            raise self._error(place, f"source_axis is {brief(source)}", "give the name of an axis")
+        return source
 
     def _mapping(self, parent: Mapping[str, Any], key: str, place: str) -> dict[str, Any]:
         found = parent.get(key)

@@ -1,7 +1,6 @@
 """From the unit of a column in a file to that of the contract."""
 
 import math
-import re
 from typing import Final
 
 from edge_ident.errors import DataError
@@ -112,5 +111,6 @@ def name_ending(base: str) -> str | None:
 
 def unit_may_be_name(column: Column) -> bool:
     """Whether what looks like a unit may belong to the name: it stands after an underscore."""
-    after_underscore = re.fullmatch(r".*_[A-Za-z_]+", column.heading) is not None
+    _, underscore, last = column.heading.rpartition("_")
+    after_underscore = bool(underscore) and last.isascii() and last.isalpha()
     return after_underscore and split_heading(column.heading)[1] == column.unit

@@ -38,7 +38,7 @@ UNITS: Final = {
 }
 """Unit of a column, by the ending of its name."""
 _COLUMN: Final = re.compile(
-    r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(QUANTITIES) + r")_(?P<unit>[a-z_]+)"
+    r"(?P<axis>\w+?)_(?P<quantity>" + "|".join(QUANTITIES) + ")_(?P<unit>" + "|".join(UNITS) + ")"
 )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.limits import MOST_CHARACTERS, check_document, check_size, read_document
 
 NOT_TEXT: Final = "backslashreplace"
 """What becomes of the bytes of a file's name that are no text; JSON reads it back."""
@@ -23,22 +24,29 @@ def from_json(text: str | bytes) -> Any:
     Raises
     ------
     ValueError
-        It is no JSON, says one thing twice, or is too deeply nested.
+        It is no JSON, says one thing twice, or is more than `edge_ident.support.limits` allow.
     """
     try:
-        return json.loads(text, object_pairs_hook=_each_once)
+        document = json.loads(text, object_pairs_hook=_each_once, parse_int=_whole)
     except RecursionError as error:
         raise ValueError("it is too deeply nested") from error
+    return check_document(document)
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """An object; of two values of one name, nobody knows which is meant."""
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"it has {twice!r} twice in one place")
+    found: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in found:
+            raise ValueError(f"it has {name!r:.60} twice in one place")
+        found[name] = value
     return found
+
+
+def _whole(digits: str) -> int:
+    """An integer; Python refuses to read thousands of digits, in words that do not help here."""
+    check_size("digits in an integer", len(digits), MOST_CHARACTERS)
+    return int(digits)
 
 
 def read_json(path: Path) -> Any:
@@ -48,9 +56,9 @@ def read_json(path: Path) -> Any:
     ------
     OSError
     ValueError
-        As `from_json`, or it is no UTF-8.
+        As `from_json`, or it is too large or no UTF-8.
     """
-    return from_json(path.read_text(encoding="utf-8"))
+    return from_json(read_document(path))
 
 
 def write_json(document: Mapping[str, Any], path: Path) -> None:

@@ -33,7 +33,7 @@ def test_an_axis_that_the_drive_lacks_leads_to_a_description_of_the_machine() ->
 
 def test_a_description_nested_too_deeply_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text("a = " + 3000 * "[")
+    path.write_text("a = " + 3000 * "[\n")
     with pytest.raises(DataError, match="nested too deeply"):
         load_drive(path)
 
