@@ -20,8 +20,8 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
             where = f"{path}, row {row}"
             if len(cells) > 1 and not any(map(dialect.is_number_anyhow, cells)):
                 return DataError(
-                    f"{where}: text again ({', '.join(map(brief, cells[:3]))}), where the table goes on: a "
-                    "second table begins",
+                    f"{where}: text again ({', '.join(map(brief, cells[:3]))}), where the table "
+                    "goes on: a second table begins",
                     "keep one table in the file",
                 )
             if len(cells) != width:

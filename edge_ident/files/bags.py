@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.files.extras import needed, unreadable
+from edge_ident.files.bag_sizes import check_description, counted_unpacking
+from edge_ident.files.extras import needed, reading
 from edge_ident.files.table import Table, series
+from edge_ident.support.limits import MOST_CELLS, check_size
 
 Array = NDArray[np.float64]
-_Message = tuple[int, tuple[Array, Array, Array]]
+_Message = tuple[int, tuple[Array, ...]]
 
 _JOINT_STATES: Final = "sensor_msgs/msg/JointState"
 _NS_PER_S: Final = 1_000_000_000
@@ -30,16 +32,16 @@ def read_bag(path: Path) -> Table:
     DataError
         The file is damaged, rosbags is missing, or no joint states, or several topics of them, have
         an effort.
+    TooLargeError
     """
     highlevel = needed("rosbags.highlevel", "ros", str(path))
     typesys = needed("rosbags.typesys", "ros", str(path))
     store = typesys.get_typestore(typesys.Stores.LATEST)
-    try:
+    with reading(str(path), "ROS"), counted_unpacking():
+        check_description(path)
         with highlevel.AnyReader([path], default_typestore=store) as reader:
             topics = sorted({c.topic for c in reader.connections})
             sent = _joint_states(reader)
-    except (highlevel.AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
-        raise unreadable(str(path), "ROS", error) from error
     with_effort = {topic: found for topic, found in sent.items() if found}
     if len(with_effort) != 1:
         several = ", ".join(with_effort) or "none"
@@ -58,13 +60,17 @@ def _joint_states(reader: Any) -> dict[str, dict[tuple[str, ...], list[_Message]
     """Stamps (ns) with position, velocity and effort, by topic and by the names of the joints."""
     found: dict[str, dict[tuple[str, ...], list[_Message]]] = {}
     states = [c for c in reader.connections if c.msgtype == _JOINT_STATES]
+    numbers = 0
     for connection, recorded_ns, raw in reader.messages(states) if states else ():
         by_joints = found.setdefault(connection.topic, defaultdict(list))
         message = reader.deserialize(raw, connection.msgtype)
         stamp = message.header.stamp
         stamp_ns = int(stamp.sec) * _NS_PER_S + int(stamp.nanosec)
-        columns = message.position, message.velocity, message.effort
+        held = message.position, message.velocity, message.effort
+        numbers += 1 + sum(map(len, held))
+        check_size("numbers", numbers, MOST_CELLS)
         if len(message.name) == len(message.position) == len(message.effort):
+            columns = tuple(np.array(values, dtype=np.float64) for values in held)  # not the bag's
             by_joints[tuple(message.name)].append((stamp_ns or recorded_ns, columns))
     return found
 

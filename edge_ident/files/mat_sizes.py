@@ -1,7 +1,7 @@
 """What a .mat file of version 5 to 7 states and unpacks to, counted before it is read.
 
-Its reader makes room for as many elements as an array states, follows arrays in arrays as deep as they
-go, and unpacks what zlib has packed. Source: MathWorks, MAT-File Format, version 5.
+Its reader makes room for as many elements as an array states, follows arrays in arrays as deep as
+they go, and unpacks what zlib has packed. Source: MathWorks, MAT-File Format, version 5.
 """
 
 import zlib

@@ -32,10 +32,10 @@ def open_bytes(path: Path) -> BinaryIO:
         return path.open("rb")
     import gzip
 
-    return BufferedReader(_Counted(cast("BinaryIO", gzip.open(path, "rb"))), _BLOCK_BYTES)
+    return BufferedReader(Counted(cast("BinaryIO", gzip.open(path, "rb"))), _BLOCK_BYTES)
 
 
-class _Counted(RawIOBase):
+class Counted(RawIOBase):
     """What comes out of a file, as far as the limit."""
 
     def __init__(self, file: BinaryIO) -> None:

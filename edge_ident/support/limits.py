@@ -1,9 +1,9 @@
 """How large what is read may be: what no recording needs is refused before it costs time or memory.
 
-The largest recording that makes sense has a hundred million numbers: ten columns of 1 kHz for nearly
-three hours, or seven columns of 4 kHz for an hour. They take 0.8 GB; all other limits follow from
-them. A file states its sizes before it holds anything, and a compressed one of a kilobyte may hold
-gigabytes: readers check what a file states, and count what comes out of it.
+The largest recording that makes sense has a hundred million numbers: ten columns of 1 kHz for
+nearly three hours, or seven columns of 4 kHz for an hour. They take 0.8 GB; all other limits follow
+from them. A file states its sizes before it holds anything, and a compressed one of a kilobyte may
+hold gigabytes: readers check what a file states, and count what comes out of it.
 """
 
 from collections.abc import Iterable
