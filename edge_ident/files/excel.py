@@ -74,6 +74,8 @@ def _rows(given: Iterable[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]
     cells = 0
     for number, row in enumerate(given, start=1):
         check_size("rows", number, _MOST_ROWS)
+        if not row:
+            continue
         cells += len(row)
         check_size("cells", cells, MOST_CELLS)
         held = [_text(cell) for cell in row]

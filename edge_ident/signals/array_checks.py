@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.support.limits import LARGEST
 
 Array = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ def check_length(source: str, time_s: Array) -> None:
 
 
 def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
-    """Check that every value is a number.
+    """Check that every value is a number, and one that a machine has: its square is one, too.
 
     Parameters
     ----------
@@ -104,11 +105,13 @@ def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
     ------
     DataError
     """
-    finite = np.isfinite(values)
-    if not finite.all():
-        bad = np.flatnonzero(~finite)
+    sound = (values >= -LARGEST) & (values <= LARGEST)
+    if not sound.all():
+        bad = np.flatnonzero(~sound)
+        value = float(values[bad[0]])
+        said = f"{value:.4g} is more than {LARGEST:g}" if np.isfinite(value) else "not a finite number"
         raise DataError(
-            f"{source}, row {first_row + bad[0]}, {what}: not a finite number ({len(bad)} in all)",
+            f"{source}, row {first_row + bad[0]}, {what}: {said} ({len(bad)} in all)",
             "remove these rows; uneven sampling is allowed",
         )
 

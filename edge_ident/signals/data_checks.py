@@ -22,6 +22,7 @@ from edge_ident.signals.metrics import quantile
 from edge_ident.signals.moved_axes import MINIMUM_COUNTS, moves, only_noise
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.time_units import TIME_WORDS, likely_unit
+from edge_ident.support.limits import SMALLEST
 
 Array = NDArray[np.float64]
 
@@ -86,10 +87,11 @@ def check_table(
         check_finite(source, f"column {name}", values, first_row)
     check_increasing(source, "column time_s", time_s, first_row)
     period_s = quantile(np.diff(time_s), 0.5)
-    if period_s >= _SLOWEST_S:
+    if not SMALLEST < period_s < _SLOWEST_S:
+        paced = "slow" if period_s > SMALLEST else "fast"
         raise DataError(
-            f"{source}, column time_s: {period_s:.4g} s from sample to sample is too slow for any "
-            "drive",
+            f"{source}, column time_s: {period_s:.4g} s from sample to sample is too {paced} for "
+            "any drive",
             _time_instead(time_s, time_column),
         )
 
@@ -175,7 +177,7 @@ def check_usable(recording: Recording) -> None:
 
 
 def _check_effort_changes(source: str, name: str, axis: AxisRecord) -> None:
-    if np.ptp(axis.effort) > 1e-12 * np.max(np.abs(axis.effort)):
+    if np.ptp(axis.effort) > max(1e-12 * np.max(np.abs(axis.effort)), SMALLEST):
         return
     value = f"{axis.effort[0]:.4g} {axis.effort_unit}" if axis.effort[0] else "zero"
     raise DataError(

@@ -12,6 +12,11 @@ from typing import Any, Final
 
 MOST_NUMBERS: Final = 100_000_000
 """Numbers of a recording, in all of its columns."""
+LARGEST: Final = 1e15
+"""Largest number of a recording, in SI units: a double counts in steps of an eighth there, and no
+position, time or effort of a machine comes near it."""
+SMALLEST: Final = 1.0 / LARGEST
+"""Smallest swing of a signal, and step of a time."""
 MOST_COLUMNS: Final = 1_000
 """A controller traces some dozens of signals, a robot some hundreds."""
 MOST_CELLS: Final = MOST_NUMBERS // 10
