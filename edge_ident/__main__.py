@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from typing import Final
 
 from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts, uncut
-from edge_ident.support.streams import flushed, open_closed, take_any_character
+from edge_ident.support.streams import flushed, open_closed, show_any_character
 
 _ALLOCATED: Final = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -33,7 +33,7 @@ def main() -> None:
     """Entry point of the `edge-ident` script."""
     end_at_once()
     open_closed()
-    take_any_character()
+    show_any_character()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
     if all(find_spec(name) for name in _OWN_HASHES):

@@ -209,9 +209,10 @@ class TerminalAnswers(Answers):
 
     def __init__(self, given: GivenTexts, *, accept: bool) -> None:
         super().__init__(given, accept=accept)
-        from rich.console import Console  # every command loads this file, and one asks
+        # every command loads this file, and one asks
+        from edge_ident.support.console import VisibleConsole
 
-        self._console = Console(stderr=True)
+        self._console = VisibleConsole(stderr=True)
 
     def _settled(self, matter: _Matter[T]) -> T:
         given = matter.given

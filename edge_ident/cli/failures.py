@@ -10,6 +10,7 @@ from edge_ident.cli.messages import print_document, say, say_always
 from edge_ident.errors import EdgeIdentError
 from edge_ident.support.interrupts import INTERRUPTED, interrupted
 from edge_ident.support.streams import flushed
+from edge_ident.support.visible_text import on_a_line
 
 USAGE: Final = 2
 FILE: Final = 5
@@ -18,6 +19,8 @@ UNREAD: Final = 141
 """Nobody reads the result any more: as a shell says of other programs that a closed pipe ends."""
 INTERNAL: Final = 70
 """A defect of the program itself, by the number that sysexits.h has for it."""
+_LONGEST: Final = 4000
+"""Characters of a cause or a next step: forty columns by headings of a line each."""
 _NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
@@ -69,14 +72,20 @@ def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
     if failure is INTERRUPTION:
         say("interrupted")
     elif failure is not UNREAD_RESULT:
-        say_always(f"error: {failure.cause}")
-        say_always(f"next:  {failure.next_step}")
+        say_always(f"error: {_line(failure.cause)}")
+        say_always(f"next:  {_line(failure.next_step)}")
     for note in _notes(error):
-        say_always(f"note:  {note}")
+        say_always(f"note:  {_line(note)}")
     flushed(sys.stdout)
     if as_json:
         print_failure(error, failure)
     return failure.exit_code
+
+
+def _line(sentence: str) -> str:
+    """One line, whatever stands in the names that it quotes, and no more than a person reads."""
+    line = on_a_line(sentence)
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…"
 
 
 def print_failure(error: BaseException, failure: Failure) -> None:

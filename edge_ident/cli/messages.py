@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from edge_ident import report
 from edge_ident.support.streams import flushed
+from edge_ident.support.visible_text import visible
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ def say_always(message: str) -> None:
 
     Where nobody can read it, on a full disk or a closed pipe, the command goes on without a word.
     """
+    message = visible(message)  # progress that is shown takes it apart
     if sys.stderr.isatty():
         width = shutil.get_terminal_size().columns
         message = textwrap.fill(message, width, break_long_words=False, break_on_hyphens=False)

@@ -8,7 +8,7 @@ from threading import Event, Thread
 from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, cast
 
 from edge_ident.cli.messages import detail, say, verbosity
-from edge_ident.support.streams import flushed
+from edge_ident.support.streams import flushed, raw
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -161,7 +161,7 @@ class _Terminal:
     """Stderr for the bars: where the terminal is gone, they are lost and the command goes on."""
 
     def __init__(self) -> None:
-        self._stream = sys.stderr
+        self._stream = raw(sys.stderr)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -211,7 +211,6 @@ def _beating(lines: ProgressLines) -> Iterator[None]:
 
 
 def _bars() -> "Bars":
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -221,14 +220,16 @@ def _bars() -> "Bars":
         TimeRemainingColumn,
     )
 
+    from edge_ident.support.console import VisibleConsole
+
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=16),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}"),
-        console=Console(file=cast(IO[str], _Terminal())),
+        TextColumn("{task.fields[note]}", markup=False),
+        console=VisibleConsole(file=cast(IO[str], _Terminal())),
     )
 
 

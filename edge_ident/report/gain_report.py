@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.commissioning.gains.forecast import Forecast, Forecasts
@@ -136,13 +137,16 @@ def promise_view(promise: Promise) -> FittingTable:
     for heading in headings[:shown]:
         table.add_column(heading, justify="right")
     for *cells, kept in promise_rows(promise):
-        row: tuple[str | Text, ...] = (*cells, Text(kept, style="bold red" if kept == "no" else ""))
+        row: tuple[str | Text, ...] = (
+            *map(escape, cells),
+            Text(kept, style="bold red" if kept == "no" else ""),
+        )
         table.add_row(*row[:shown])
     return table
 
 
 def _table(report: GainReport, axis: str) -> FittingTable:
-    title = f"board {report.serial_number}, axis {axis}: gains, in N·m, rad and s"
+    title = f"board {report.serial_number}, axis {escape(axis)}: gains, in N·m, rad and s"
     table = FittingTable(title=title, title_justify="left")
     table.add_column("")
     for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:

@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rich.console import Console, RenderableType
+from rich.console import RenderableType
 
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.console import VisibleConsole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 _RESOLUTION_DPI: Final = 120
 
 
-class _Console(Console):
+class _Console(VisibleConsole):
     """A console that leaves it to the command what a closed pipe means."""
 
     def on_broken_pipe(self) -> None:
@@ -23,7 +24,7 @@ class _Console(Console):
 
 def show(result: RenderableType) -> None:
     """Print a result, or the view of one, on stdout; only for a terminal are lines broken."""
-    console = _Console(highlight=False)
+    console = _Console()
     if console.is_terminal:
         console.print(result, crop=False, overflow="fold")
     else:

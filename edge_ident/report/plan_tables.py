@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.drive.motion_files import motion_document
@@ -102,7 +103,7 @@ def _pairs_table(plan: MotionPlan) -> FittingTable:
         table.add_column(heading, justify="right")
     for pair in plan.pairs:
         table.add_row(
-            pair.axis,
+            escape(pair.axis),
             spoken(pair.first),
             "no effect" if pair.second is None else spoken(pair.second),
             _WHY[pair.why],
@@ -120,7 +121,7 @@ def _motion_table(plan: MotionPlan) -> FittingTable:
     table.add_column("axis")
     table.add_column(f"motion, {plan.trajectory.duration_s:.1f} s")
     for name, motion in plan.trajectory.axes.items():
-        table.add_row(name, "\n".join(_lines(motion)))
+        table.add_row(escape(name), "\n".join(_lines(motion)))
     return table
 
 
@@ -156,5 +157,5 @@ def _limits_table(plan: MotionPlan) -> FittingTable:
             if field == "following_rad" and not math.isfinite(use.limit.following_rad):
                 continue
             cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
-            table.add_row(name, label, *(f"{value:.3g}" for value in cells))
+            table.add_row(escape(name), label, *(f"{value:.3g}" for value in cells))
     return table

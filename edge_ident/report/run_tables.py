@@ -144,7 +144,7 @@ def _motions_table(separation: Separation) -> FittingTable:
         table.add_column(heading)
     for made in separation.motions:
         cells = (what_for(made), what_it_showed(made), what_it_ruled_out(made))
-        table.add_row(f"{made.file}\n{kind(made)}", *cells)
+        table.add_row(*map(escape, (f"{made.file}\n{kind(made)}", *cells)))
     table.caption, table.caption_justify = separation.ended, "left"
     return table
 
@@ -155,7 +155,7 @@ def _tracking_table(verification: Verification) -> FittingTable:
         table.add_column(heading, justify="right")
     for axis, tracking in verification.axes.items():
         table.add_row(
-            axis,
+            escape(axis),
             f"{1e3 * tracking.before_rad:.2f} mrad",
             f"{1e3 * tracking.after_rad:.2f} mrad",
             f"{tracking.ratio:.1f}",

@@ -15,7 +15,7 @@ from rich.text import Text
 from edge_ident.files.extras import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
-from edge_ident.fleet.table import COLUMNS
+from edge_ident.fleet.table import COLUMNS, Cell
 from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.survey_wording import (
     causes_words,
@@ -26,11 +26,14 @@ from edge_ident.report.survey_wording import (
 )
 from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.tables import FittingTable
+from edge_ident.support.visible_text import on_a_line
 
 CSV_FILE: Final = "survey.csv"
 PARQUET_FILE: Final = "survey.parquet"
 _LEAST_STD: Final = 1e-6
 """Smaller deviations would need too many decimals."""
+_FORMULA: Final = tuple("=+-@＝＋－＠")
+"""Signs with which a formula begins, in any width."""
 _ARROW_TYPES: Final = {str: "string", float: "float64", bool: "bool_"}
 
 
@@ -91,7 +94,7 @@ def write_survey_tables(survey: Survey, folder: Path) -> list[Path]:
     ):
         writer = csv.writer(file)
         writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
+        writer.writerows(map(_defused, row) for row in zip(*columns.values(), strict=True))
     if find_spec("pyarrow") is None:
         return [folder / CSV_FILE]
     pyarrow = needed("pyarrow", "parquet", PARQUET_FILE)
@@ -105,6 +108,17 @@ def write_survey_tables(survey: Survey, folder: Path) -> list[Path]:
     with atomic_write(folder / PARQUET_FILE) as partial:
         parquet.write_table(table, partial)
     return [folder / CSV_FILE, folder / PARQUET_FILE]
+
+
+def _defused(cell: Cell) -> Cell:
+    """A cell that a spreadsheet shows and does not compute; numbers stay.
+
+    Source: OWASP, CSV Injection.
+    """
+    if not isinstance(cell, str):
+        return cell
+    text = on_a_line(cell)
+    return f"'{text}" if text.lstrip().startswith(_FORMULA) else text
 
 
 def survey_view(survey: Survey) -> Group:

@@ -109,7 +109,9 @@ def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
     if not sound.all():
         bad = np.flatnonzero(~sound)
         value = float(values[bad[0]])
-        said = f"{value:.4g} is more than {LARGEST:g}" if np.isfinite(value) else "not a finite number"
+        said = (
+            f"{value:.4g} is more than {LARGEST:g}" if np.isfinite(value) else "not a finite number"
+        )
         raise DataError(
             f"{source}, row {first_row + bad[0]}, {what}: {said} ({len(bad)} in all)",
             "remove these rows; uneven sampling is allowed",

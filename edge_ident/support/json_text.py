@@ -8,14 +8,15 @@ from typing import Any, Final
 
 from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.limits import MOST_CHARACTERS, check_document, check_size, read_document
+from edge_ident.support.visible_text import visible
 
 NOT_TEXT: Final = "backslashreplace"
 """What becomes of the bytes of a file's name that are no text; JSON reads it back."""
 
 
 def to_json(document: Mapping[str, Any]) -> str:
-    """One document, readable and with numbers that any parser takes (no NaN)."""
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False)
+    """One document, readable, of numbers that any parser takes (no NaN); all of it is visible."""
+    return visible(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def from_json(text: str | bytes) -> Any:

@@ -32,8 +32,8 @@ class Readable:
         return self._printed().export_html(code_format=_HTML, inline_styles=True)
 
     def _printed(self) -> "Console":
-        from rich.console import Console
+        from edge_ident.support.console import VisibleConsole
 
-        console = Console(file=StringIO(), width=_WIDTH, record=True, highlight=False)
+        console = VisibleConsole(StringIO(), width=_WIDTH, record=True)
         console.print(self)
         return console

@@ -3,13 +3,20 @@
 The script loads this module first: what it imports must load fast.
 """
 
+import codecs
 import io
 import os
 import sys
 
+from edge_ident.support.visible_text import escaped, visible
+
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
-    from typing import TextIO
+    from collections.abc import Iterable
+    from typing import Any, TextIO
+
+AS_NUMBER = "edge-ident-number"
+"""Error handler of encodings."""
 
 
 def open_closed() -> None:
@@ -25,15 +32,47 @@ def open_closed() -> None:
     sys.stderr = sys.stderr or os.fdopen(2, "w")
 
 
-def take_any_character() -> None:
-    """Let standard streams show a character that they lack as its number, as JSON writes it.
+def show_any_character() -> None:
+    """Let standard streams show as its number, as JSON writes it, what is not to reach a terminal.
 
-    A terminal without UTF-8 has no arrow, and no encoding has what stands in the name of a file
-    that is no text: a command would end there with its work done and its result untold.
+    That is what acts on a terminal or hides (`edge_ident.support.visible_text`), and what it lacks:
+    one without UTF-8 has no arrow, and no encoding has what stands in the name of a file that is no
+    text. All that a command prints passes here, also what other packages print.
     """
-    for stream in (sys.stdout, sys.stderr):
+    codecs.register_error(AS_NUMBER, _as_number)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors=AS_NUMBER)
+        setattr(sys, name, Shown(stream))
+
+
+def _as_number(error: UnicodeError) -> "tuple[str, int]":
+    assert isinstance(error, UnicodeEncodeError)
+    return escaped(error.object[error.start : error.end]), error.end
+
+
+class Shown:
+    """A stream whose text is visible; `raw` is for what has made its text so, and draws with it."""
+
+    def __init__(self, raw: "TextIO") -> None:
+        self.raw = raw
+
+    def __getattr__(self, name: str) -> "Any":
+        return getattr(self.raw, name)
+
+    def write(self, text: str) -> int:
+        """Write a text as it may be shown."""
+        return self.raw.write(visible(text))
+
+    def writelines(self, lines: "Iterable[str]") -> None:
+        """Write texts as they may be shown."""
+        self.raw.writelines(map(visible, lines))
+
+
+def raw(stream: "TextIO") -> "TextIO":
+    """A stream as it is, for what escapes names by itself, and draws with escape sequences."""
+    return stream.raw if isinstance(stream, Shown) else stream
 
 
 def flushed(stream: "TextIO") -> None:

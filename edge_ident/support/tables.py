@@ -10,6 +10,8 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from edge_ident.support.visible_text import visible
+
 _UNLIMITED: Final = 10_000
 
 
@@ -56,7 +58,9 @@ def plain_table() -> FittingTable:
 
 
 def _plain(cell: object) -> str:
-    return Text.from_markup(cell).plain if isinstance(cell, str) else str(cell)
+    return visible(
+        Text.from_markup(cell, emoji=False).plain if isinstance(cell, str) else str(cell)
+    )
 
 
 def _narrowed(columns: Sequence[list[list[str]]], excess: int) -> list[int] | None:

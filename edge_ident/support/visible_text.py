@@ -5,11 +5,13 @@ the window's title or ring, and marks of direction or of no width let a name pas
 Numbers are written as JSON writes them, so that a document stays one.
 """
 
-from typing import Any, Final
+TYPE_CHECKING = False  # the script's start loads this module before all others
+if TYPE_CHECKING:
+    from typing import Any
 
-_KEPT: Final = "\n\t"
-_LONGEST: Final = 60
-_MOST_BITS: Final = 10_000
+_KEPT = "\n\t"
+_LONGEST = 60
+_MOST_BITS = 10_000
 """Python refuses to write integers of more than 4300 digits."""
 
 
@@ -25,7 +27,10 @@ def visible(text: str, kept: str = _KEPT) -> str:
     kept : str
         Controls that lay out the text.
     """
-    if text.isprintable():
+    plain = text
+    for control in kept:
+        plain = plain.replace(control, "")
+    if plain.isprintable():
         return text
     return "".join(c if c.isprintable() or c in kept or _is_space(c) else escaped(c) for c in text)
 
@@ -41,7 +46,7 @@ def escaped(text: str) -> str:
     return "".join(f"\\u{units[i : i + 4]}" for i in range(0, len(units), 4))
 
 
-def brief(value: Any) -> str:
+def brief(value: "Any") -> str:
     """A value of a document as an error quotes it, whatever it is, on a part of a line."""
     if isinstance(value, dict | list):
         return f"{'an object' if isinstance(value, dict) else 'a list'} of {len(value)}"

@@ -8,6 +8,7 @@ from markupsafe import Markup
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.rendering import source
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.visible_text import visible
 
 _WIDTH: Final = 900
 _ABOVE, _BELOW, _LEFT, _RIGHT = 64, 44, 56, 16
@@ -38,7 +39,7 @@ def save_chart(chart: Chart, file: Path) -> None:
         chart=chart.svg(),
     )
     with atomic_write(file) as partial:
-        partial.write_text(f"{text}\n", encoding="utf-8")
+        partial.write_text(visible(f"{text}\n"), encoding="utf-8")
 
 
 def _legend(chart: Chart) -> Markup:

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+from markupsafe import Markup
+
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
@@ -13,9 +15,13 @@ from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.chart_files import save_chart
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.support.json_text import NOT_TEXT
+from edge_ident.support.visible_text import on_a_line
 from edge_ident.support.words import listed, spoken
 
 MARKDOWN_FILE: Final = "report.md"
+_SIGNS: Final = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])")
+"""What Markdown reads as a mark wherever it stands."""
+_ENTITIES: Final = {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "&#124;"}
 
 
 def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Path:
@@ -42,7 +48,7 @@ def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -
 
 
 def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterator[str]:
-    yield f"# What the model gets wrong about {listed(sources)}"
+    yield f"# What the model gets wrong about {_plain(listed(sources))}"
     yield ""
     yield from _table(
         ("axis", "verdict"),
@@ -52,7 +58,7 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
         yield "## The data"
         yield ""
         for finding in diagnosis.data_quality:
-            yield f"- {finding.code}, axis {finding.axis}: {_plain(finding.message)}"
+            yield f"- {_plain(f'{finding.code}, axis {finding.axis}: {finding.message}')}"
         yield ""
     for name in diagnosis.axes:
         yield from _axis(name, diagnosis)
@@ -64,11 +70,11 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     axis = diagnosis.axes[name]
     fading = f", attenuated from {axis.knee_hz:.3g} Hz on" if axis.knee_hz < axis.cutoff_hz else ""
-    yield f"## Axis {name}"
+    yield f"## Axis {_plain(name)}"
     yield ""
-    yield f"**{_sentence(wording.verdict_sentence(axis))}**"
+    yield f"**{_plain(_sentence(wording.verdict_sentence(axis)))}**"
     yield ""
-    yield (
+    yield _plain(
         f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
         f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples. "
         f"{_sentence(wording.timing_sentence(axis.timing))}"
@@ -96,7 +102,7 @@ def _causes(axis: AxisDiagnosis) -> Iterator[str]:
                 spoken(cause.term.effect),
                 *wording.gain(cause),
                 wording.percent(cause.share),
-                "<br>".join(wording.values(cause.term, axis.model)),
+                Markup("<br>").join(map(_plain, wording.values(cause.term, axis.model))),
             )
             for cause in axis.causes
         ],
@@ -175,12 +181,18 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[s
 
 
 def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(_plain(cell).replace('|', '&#124;') for cell in cells)} |"
+    return f"| {' | '.join(map(_plain, cells))} |"
 
 
-def _plain(text: str) -> str:
-    """Text in which N*m stays what it is."""
-    return text.replace("*", r"\*")
+def _plain(text: str) -> Markup:
+    """Text that stays what it is, on one line: N*m, and whatever stands in a name.
+
+    HTML would be taken as it is. An underscore inside a word is no mark.
+    """
+    if isinstance(text, Markup):
+        return text
+    signs = _SIGNS.sub(r"\\\g<0>", on_a_line(text))
+    return Markup("".join(_ENTITIES.get(sign, sign) for sign in signs))
 
 
 def _sentence(text: str) -> str:

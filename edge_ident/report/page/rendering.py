@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.json_text import NOT_TEXT
+from edge_ident.support.visible_text import visible
 
 PAGE_FILE: Final = "report.html"
 _PACKAGE: Final = "edge_ident.report.page"
@@ -50,7 +51,7 @@ def write_html(template: str, content: Mapping[str, Any], document: Any, folder:
     )
     page = folder / PAGE_FILE
     with atomic_write(page) as partial:
-        partial.write_text(text + "\n", encoding="utf-8", errors=NOT_TEXT)
+        partial.write_text(visible(text) + "\n", encoding="utf-8", errors=NOT_TEXT)
     return page
 
 
