@@ -1,12 +1,15 @@
 """The recordings of a folder, and whose they are."""
 
+import os
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
 from edge_ident.errors import DataError
 from edge_ident.files.reading import ENDINGS
+from edge_ident.support.limits import DEEPEST, MOST_FILES, TooLargeError, check_size
 
 Units = Literal["file", "folder"]
 """What makes a unit: a recording, or all recordings of one subfolder."""
@@ -56,7 +59,8 @@ def find_recordings(
     Raises
     ------
     DataError
-        There is no such folder, no recording in it, or it lies in that of the results.
+        There is no such folder, no recording in it, it lies in that of the results, or it holds
+        more than `edge_ident.support.limits` allow.
     """
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder", "give the folder that holds the recordings")
@@ -65,11 +69,15 @@ def find_recordings(
             f"{output}: the recordings are in the folder for the results",
             "choose another folder for the results with --output",
         )
-    results = {path.parent for path in folder.rglob(RESULT)} | ({output} if output else set())
-    skipped = {path.resolve() for path in results}
+    try:
+        every = sorted(_files_below(folder))
+    except TooLargeError as error:
+        raise DataError(f"{folder}: {error}", "give a folder that holds recordings") from error
+    results = {path.parent for path in every if path.name == RESULT}
+    skipped = {path.resolve() for path in results | ({output} if output else set())}
     files = [
         path
-        for path in sorted(folder.rglob("*"))
+        for path in every
         if path.is_file()
         and not any(part.startswith(".") for part in path.relative_to(folder).parts)
         and not skipped.intersection(path.resolve().parents)
@@ -85,6 +93,31 @@ def find_recordings(
     found = [Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
     left = tuple(path.relative_to(folder).as_posix() for path in files if path not in names)
     return found, left
+
+
+def _files_below(folder: Path) -> list[Path]:
+    """All that is no folder; links to folders are not followed.
+
+    Raises
+    ------
+    TooLargeError
+        There are too many, or folders in folders go too deep.
+    """
+    found: list[Path] = []
+    level = [folder]
+    for _ in range(DEEPEST):
+        inner: list[Path] = []
+        for one in level:
+            with suppress(PermissionError), os.scandir(one) as entries:
+                for entry in entries:
+                    (inner if entry.is_dir(follow_symlinks=False) else found).append(
+                        one / entry.name
+                    )
+        check_size("files", len(found), MOST_FILES)
+        if not inner:
+            return found
+        level = inner
+    raise TooLargeError(f"it is nested too deeply: at most {DEEPEST} levels are read")
 
 
 def _taken(path: Path, pattern: str | None) -> bool:

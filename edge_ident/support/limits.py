@@ -34,8 +34,10 @@ MOST_DESCRIPTION_BYTES: Final = 1 << 18
 """Bytes of a description of a drive or of settings, which a person writes in some dozen lines."""
 MOST_NETWORK_BYTES: Final = 1 << 26
 """Bytes of a network: that of the package takes 1.5 MB."""
+MOST_FILES: Final = 100_000
+"""Files of a folder: to analyse as many recordings takes days."""
 DEEPEST: Final = 50
-"""Objects in objects of a document."""
+"""Objects in objects of a document, arrays in arrays, folders in folders."""
 
 
 class TooLargeError(ValueError):

@@ -4,10 +4,14 @@ Sources of the kinds: zip bombs, entities of entities (CVE-2003-1564), lengths t
 """
 
 import bz2
+import contextlib
 import gzip
 import io
+import json
+import shutil
 import struct
 import tracemalloc
+import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -15,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import nptdms
 import numpy as np
 import openpyxl
 import pyarrow as pa
@@ -25,12 +28,24 @@ from typer.testing import CliRunner
 
 import edge_ident
 from edge_ident.cli import app
-from edge_ident.errors import DataError
+from edge_ident.errors import DataError, ModelError
+from edge_ident.estimation.manifest import BUILT_IN, load_manifest
+from edge_ident.files.dialect import BLANKS, Dialect, split
+from edge_ident.files.headings import joint_names, split_heading, split_unknown
+from edge_ident.files.layout import stated_period
+from edge_ident.files.ros import joined_stamps
+from edge_ident.files.table import Column, Table
+from edge_ident.files.units import stated_unit
+from edge_ident.signals.column_roles import role_of
+from edge_ident.signals.column_units import unit_may_be_name
+from edge_ident.signals.contract_columns import parse_name
 from edge_ident.support import limits
 from tests.edge_ident.files.test_bags import write as write_bag
+from tests.edge_ident.files.test_formats import FORMATS, Format
 
 MOST_MEMORY_BYTES = 300_000_000
 """Far below what these files ask for."""
+BINARY = [known for known in FORMATS if not known.file.endswith((".csv", ".txt"))]
 NAMES = ("time_s", "x_position_rad", "x_torque_nm")
 
 
@@ -109,10 +124,6 @@ def laughing_sheet(path: Path) -> None:
     sheet(path, laugh)
 
 
-def far_row(path: Path) -> None:
-    sheet(path, lambda text: text.replace('<row r="4"', '<row r="40000000000"'))
-
-
 def wide_rows(path: Path) -> None:
     wide = "".join(f'<row r="{k}"><c r="XFD{k}"><v>1</v></c></row>' for k in range(5, 3000))
     sheet(path, lambda text: text.replace("</sheetData>", f"{wide}</sheetData>"))
@@ -186,17 +197,6 @@ def wide_parquet(path: Path) -> None:
     pq.write_table(pa.table({str(k): column for k in range(limits.MOST_COLUMNS + 1)}), path)
 
 
-def tdms_stating(path: Path) -> None:
-    """Its last segment states that it goes on for 10^15 bytes."""
-    with nptdms.TdmsWriter(path) as writer:
-        writer.write_segment(
-            [nptdms.ChannelObject("g", name, np.arange(3.0)) for name in ("a", "b")]
-        )
-    content = bytearray(path.read_bytes())
-    content[12:20] = struct.pack("<Q", 10**15)
-    path.write_bytes(content)
-
-
 def wide_text(path: Path) -> None:
     names = [f"c{k}" for k in range(limits.MOST_COLUMNS + 1)]
     row = ",".join("1" for _ in names)
@@ -222,7 +222,6 @@ BOMBS: dict[str, tuple[str, Callable[[Path], None], str]] = {
         ("npz", stating_10_gb, "bytes unpacked, and at most 1,600,000,000 are read"),
         ("xlsx", stating_10_gb, "bytes unpacked, and at most 1,600,000,000 are read"),
         ("xlsx", laughing_sheet, "declares a document type"),
-        ("xlsx", far_row, "rows, and at most 1,048,576 are read"),
         ("xlsx", wide_rows, "columns, and at most 1,000 are read"),
         ("xlsx", long_number, "not a readable .xlsx file"),
         ("mat", empty_cells, "it has 3,600,000,000 numbers"),
@@ -232,7 +231,6 @@ BOMBS: dict[str, tuple[str, Callable[[Path], None], str]] = {
         ("h5", hdf5_of_nothing, "numbers, and at most 100,000,000 are read"),
         ("parquet", parquet_of_one_value, "it has 120,000,000 numbers"),
         ("parquet", wide_parquet, "it has 1,001 columns, and at most 1,000 are read"),
-        ("tdms", tdms_stating, "numbers, and at most 100,000,000 are read"),
         ("csv", wide_text, "it has 1,001 columns, and at most 1,000 are read"),
         ("csv", long_heading, "it has 40,000 characters in a heading, and at most 1,000 are read"),
         ("csv", long_line, "characters in a line, and at most 1,000,000 are read"),
@@ -265,3 +263,223 @@ def test_what_asks_for_more_than_a_recording_has_is_refused(
     assert f"error: {path}: " in told
     assert said in told
     assert "next: " in told
+
+
+def far_row(path: Path) -> None:
+    sheet(path, lambda text: text.replace('<row r="4"', '<row r="40000000000"'))
+
+
+def test_a_row_is_one_that_a_sheet_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rows between are gone through: fewer here, or the test takes a second of them."""
+    monkeypatch.setattr("edge_ident.files.excel._MOST_ROWS", 1000)
+    far_row(tmp_path / "far.xlsx")
+    with pytest.raises(DataError, match="it has 1,001 rows, and at most 1,000 are read"):
+        edge_ident.load_recording(tmp_path / "far.xlsx")
+
+
+def test_text_is_unpacked_as_far_as_a_recording_goes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    most = 1 << 21
+    monkeypatch.setattr("edge_ident.files.opening.MOST_BYTES", most)
+    path = tmp_path / "zeros.csv.gz"
+    with gzip.open(path, "wt") as file:
+        file.write(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n" + most * "\n")
+    assert path.stat().st_size < most // 100
+    with pytest.raises(DataError, match="bytes unpacked, and at most 2,097,152 are read"):
+        edge_ident.load_recording(path)
+    plain = tmp_path / "zeros.csv"
+    with plain.open("wb") as sparse:
+        sparse.truncate(most + 1)
+    with pytest.raises(DataError, match="it has 2,097,153 bytes, and at most 2,097,152 are read"):
+        edge_ident.load_recording(plain)
+
+
+def test_blank_rows_are_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "MOST_NUMBERS", 3000)
+    path = tmp_path / "blank.csv"
+    path.write_text(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n" + 1500 * "\n")
+    with pytest.raises(DataError, match="it has 4,506 numbers, and at most 3,000 are read"):
+        edge_ident.load_recording(path)
+
+
+@pytest.mark.parametrize("kind", ["bz2", "lz4"])
+def test_a_chunk_of_a_bag_is_unpacked_as_far_as_a_recording_goes(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from rosbags.rosbag1 import Writer
+
+    monkeypatch.setattr("edge_ident.files.bag_sizes.MOST_BYTES", 20_000)
+    monkeypatch.setattr("tests.edge_ident.files.test_bags.Writer1", _packing(Writer, kind))
+    path = write_bag(tmp_path, ".bag", {"/joint_states": ["pan", "tilt"]})
+    with pytest.raises(DataError, match="bytes unpacked, and at most 20,000 are read"):
+        edge_ident.load_recording(path)
+
+
+def _packing(writer: Any, kind: str) -> Callable[[Path], Any]:
+    def made(path: Path) -> Any:
+        packing = writer(path)
+        packing.set_compression(writer.CompressionFormat[kind.upper()])
+        return packing
+
+    return made
+
+
+def test_unpackers_of_chunks_are_the_packages_own_again(tmp_path: Path) -> None:
+    from rosbags.rosbag1 import reader
+
+    before = dict(reader.decompressors)
+    path = write_bag(tmp_path, ".bag", {"/joint_states": ["pan"]})
+    edge_ident.inspect_recording(path)
+    assert reader.decompressors == before
+    assert reader.decompressors["bz2"](bz2.compress(b"x")) == b"x"
+
+
+def test_a_long_description_of_a_bag_is_not_read(tmp_path: Path) -> None:
+    path = write_bag(tmp_path, ".db3", {"/joint_states": ["pan"]})
+    with (path.parent / "metadata.yaml").open("a") as file:
+        file.write(limits.MOST_DESCRIPTION_BYTES * "#")
+    with pytest.raises(DataError, match=r"bytes in metadata.yaml, and at most 262,144 are read"):
+        edge_ident.load_recording(path.parent)
+
+
+def test_folders_in_folders_end(tmp_path: Path) -> None:
+    deep = tmp_path.joinpath(*limits.DEEPEST * ["d"])
+    deep.mkdir(parents=True)
+    (deep / "a.csv").write_text("1,2\n")
+    done = CliRunner().invoke(app, ["survey", str(tmp_path)])
+    assert done.exit_code == 5
+    assert "nested too deeply: at most 50 levels are read" in done.stderr
+
+
+@pytest.mark.parametrize("value", [1e16, -1e200, 1e-200])
+def test_a_number_is_one_that_a_machine_has(value: float, tmp_path: Path) -> None:
+    """Its square is one, too: sums of squares overflowed or vanished in what follows."""
+    time_s = 0.001 * np.arange(1000)
+    position, torque = np.sin(20.0 * time_s), value * np.cos(20.0 * time_s)
+    path = tmp_path / "a.npz"
+    np.savez(path, time_s=time_s, x_position_rad=position, x_torque_nm=torque)
+    done = CliRunner().invoke(app, ["identify", str(path), "--no-diagnose"])
+    assert done.exit_code == 5, done.exception
+    assert ("in every sample" if abs(value) < 1.0 else "is more than 1e+15") in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"name = {5000 * '9'}\n", "digits"),
+        (f"[axes.x]\ngear_ratio = 0x{5000 * 'f'}\n", "axes.x.gear_ratio is a number of 20000 bits"),
+        (f"[axes.x]\ngear_ratio{800 * '.a'} = 1\n", "characters in a line, and at most 1,000"),
+        (f"[axes.x]\ngear_ratio{400 * '.a'} = 1\n", "nested too deeply: at most 50 levels"),
+        (f"a = {300_000 * ' '}\n", "bytes or more, and at most 262,144 are read"),
+        ("[axes.x]\n[board]\nbaud_rate = 0xffffffffffffffffffff\n", "board.baud_rate is 12089"),
+    ],
+    ids=["digits", "hexadecimal digits", "long line", "deep", "long", "a rate"],
+)
+def test_a_description_is_read_as_far_as_it_may_be_one(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.toml"
+    path.write_text(text)
+    with pytest.raises(DataError) as caught:
+        edge_ident.load_drive(path)
+    assert said in caught.value.cause
+    assert len(caught.value.cause) < 400
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (5000 * "9", "it has 5,000 digits in an integer, and at most 1,000 are read"),
+        (60 * "[" + 60 * "]", "nested too deeply: at most 50 levels are read"),
+        (100_000 * "[", "nested"),
+        (f'"{limits.MOST_DOCUMENT_BYTES * "a"}"', "at most 4,194,304 are read"),
+        ("{" + "".join(f'"{k}":0,' for k in range(100_000)) + '"1":1}', "'1' twice in one place"),
+    ],
+    ids=["digits", "deep", "deeper", "long", "twice"],
+)
+def test_a_document_is_read_as_far_as_it_may_be_one(text: str, said: str, tmp_path: Path) -> None:
+    """The last took the square of its names."""
+    path = tmp_path / "a.json"
+    path.write_text(text)
+    for load in (edge_ident.load_model, edge_ident.load_motion):
+        with pytest.raises((DataError, ModelError)) as caught:
+            load(path)
+        assert said in caught.value.cause
+        assert caught.value.exit_code == 5
+
+
+@pytest.mark.parametrize("sha256", [{}, [], None, 1, "abc", {"fp32": {}}, {"fp32": 64 * "g"}])
+def test_a_hash_in_a_manifest_is_one(sha256: object, tmp_path: Path) -> None:
+    fields = json.loads(BUILT_IN.read_text("utf-8"))
+    fields["sha256"] = sha256 if isinstance(sha256, dict) and sha256 else {"fp32": sha256}
+    (tmp_path / "own.json").write_text(json.dumps(fields))
+    shutil.copy(BUILT_IN.with_name("feed_drive_fp32.onnx"), tmp_path / "own_fp32.onnx")
+    with pytest.raises(ModelError, match="64 hexadecimal digits") as caught:
+        edge_ident.load_network(path=tmp_path / "own_fp32.onnx")
+    assert caught.value.exit_code == 5
+
+
+@pytest.mark.parametrize("field", ["motion", "mismatch_limit", "evaluation", "sha256", "effects"])
+@pytest.mark.parametrize("value", [{}, [], None, 10**900, "a", [[]], {"a": {}}])
+def test_a_manifest_holds_what_it_says(field: str, value: object, tmp_path: Path) -> None:
+    """Whatever stands in a field, it is a manifest, or an error that names the file."""
+    fields = json.loads(BUILT_IN.read_text("utf-8"))
+    (fields["motion"] if field == "effects" else fields)[field] = value
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps(fields))
+    with contextlib.suppress(ModelError):
+        load_manifest(path)
+
+
+DAMAGES = (
+    lambda content, at: content[:at],
+    lambda content, at: content[:at] + b"\xff\xff\xff\x7f" + content[at + 4 :],
+    lambda content, at: content[:at] + bytes(8) + content[at + 8 :],
+    lambda content, at: content[:at] + bytes([content[at] ^ 0x55]) + content[at + 1 :],
+    lambda content, at: content[:at] + content[at + 3 :],
+)
+
+
+@pytest.mark.parametrize("known", BINARY, ids=lambda known: known.file)
+def test_a_damaged_file_is_a_bad_file(known: Format, tmp_path: Path) -> None:
+    """Whatever the reader of its format makes of it: none of them knows all that may be wrong."""
+    path = tmp_path / known.file
+    known.write(path)
+    content = path.read_bytes()
+    places = np.random.default_rng(7).integers(0, len(content), 12)
+    for at in (*map(int, places), *range(0, min(len(content), 400), 29)):
+        for damage in DAMAGES:
+            path.write_bytes(damage(content, at))
+            with contextlib.suppress(DataError), warnings.catch_warnings(action="ignore"):
+                edge_ident.load_recording(path)
+
+
+def test_of_headings_a_reader_takes_as_long_as_they_are() -> None:
+    """Twenty times longer than a heading that took a minute: what takes its square takes hours."""
+    for sign in "([{<_-/ .,;:#'\"a9=":
+        for text in (
+            800_000 * sign,
+            400_000 * f"{sign}a",
+            f"a{800_000 * sign}9",
+            200_000 * f"a {sign}",
+        ):
+            split_heading(text)
+            split_unknown(text)
+            stated_unit(text)
+            parse_name(text)
+            role_of(text)
+            split(text, BLANKS)
+            Dialect("utf-8", "comma", "point").is_value(text)
+            stated_period({text: text, f"sampl{text}!": f"1{text} ms"})
+            joint_names([(text, {"a"})])
+            column = Column(text, text, "mm", np.zeros(3))
+            joined_stamps(Table("", (column,)))
+            unit_may_be_name(column)
+
+
+def test_a_name_that_repeats_a_quantity_is_parsed_as_long_as_it_is() -> None:
+    assert parse_name(f"a{100_000 * '_position'}9") is None
+    assert parse_name(f"{100_000 * 'a_'}position_rad") is not None
+    assert split_heading(f"lb{400_000 * ' '}x") == (f"lb{400_000 * ' '}x", None)
+    assert stated_unit("1/0 turn") is None

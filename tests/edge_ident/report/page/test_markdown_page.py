@@ -9,6 +9,7 @@ import pytest
 
 from edge_ident.diagnosis.result import NotTestable
 from edge_ident.report.page.markdown_page import write_markdown
+from edge_ident.support.visible_text import visible
 from tests.edge_ident.diagnosis import hand_made
 
 
@@ -54,6 +55,24 @@ def test_what_would_break_a_table_does_not(tmp_path: Path) -> None:
     write_markdown(replace(found, axes=axes, validation={}), ["a.csv"], tmp_path)
     rows = [line for line in text(tmp_path).splitlines() if line.startswith("| backlash")]
     assert [row.count("|") for row in rows] == [4]
+
+
+def test_names_are_neither_html_nor_marks(tmp_path: Path) -> None:
+    """A page of Markdown is shown as HTML: a name in it is text, in titles and in cells."""
+    found = hand_made.diagnosis(doubtful=True)
+    name = "<img src=x onerror=alert(1)>[a](http://b)`*c*`&amp;|\n# _d_\x1b]0;e\x07"
+    odd = NotTestable("backlash", name, name)
+    axes = {name: replace(found.axes["x"], not_testable=(odd,))}
+    write_markdown(replace(found, axes=axes, validation={}), [name], tmp_path)
+    said = text(tmp_path)
+    assert visible(said) == said
+    assert "<img" not in said
+    assert not re.search(r"[^\\]\]\(http", said)
+    assert "\n# _d_" not in said
+    title = said.splitlines()[0]
+    assert r"&lt;img src=x onerror=alert(1)&gt;\[a\](http://b)\`\*c\*\`&amp;amp;&#124;" in title
+    for picture in tmp_path.glob("*.svg"):
+        ElementTree.parse(picture)
 
 
 def test_an_axis_cannot_name_a_file_outside_the_folder(tmp_path: Path) -> None:

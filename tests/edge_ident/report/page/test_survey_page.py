@@ -1,8 +1,12 @@
 """The HTML page of a survey: who stands out, by how much, and what has no result."""
 
+import csv
+import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from edge_ident.fleet.comparison import compare_units
 from edge_ident.fleet.result import (
@@ -14,7 +18,8 @@ from edge_ident.fleet.result import (
     Value,
 )
 from edge_ident.report.page.survey_page import write_survey_page
-from edge_ident.report.survey_tables import survey_document
+from edge_ident.report.survey_tables import survey_document, write_survey_tables
+from edge_ident.support.visible_text import visible
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
 
 UNITS = ("N*m", "N*m*s/rad", "N*m", "N*m")
@@ -54,6 +59,23 @@ def _unit(
     return SurveyedRecording(
         f"unit-{number}.csv", f"unit-{number}", "0" * 64, {"x": axis}, None, 1.0
     )
+
+
+@pytest.mark.parametrize(
+    "name", ["=1+1", "+1", "-2+3|x", "@SUM(A1)", "\t=1", "\r=1", " =1", "＝1", "a\x1b]0;b\x07"]
+)
+def test_no_name_is_a_formula_or_acts_where_the_table_is_shown(name: str, tmp_path: Path) -> None:
+    one = survey(1).recordings[0]
+    axis = replace(one.axes["x"], relative_residual=-0.5)
+    named = replace(one, unit=name, file=name, axes={name: axis})
+    write_survey_tables(Survey((named,), (), ()), tmp_path)
+    text = (tmp_path / "survey.csv").read_text("utf-8")
+    assert visible(text) == text
+    head, cells = csv.reader(io.StringIO(text, newline=""))
+    row = dict(zip(head, cells, strict=True))
+    for column in ("unit", "recording", "axis"):
+        assert row[column].lstrip()[0] not in "=+-@＝"
+    assert float(row["relative_residual"]) == -0.5
 
 
 def written(found: Survey, folder: Path) -> Path:
