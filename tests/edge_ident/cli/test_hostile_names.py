@@ -49,7 +49,7 @@ def test_errors_and_wrong_usage_quote_names(recording: Path, tmp_path: Path) -> 
     assert done.stderr.count("error: ") == 2  # both on the line of the one
     assert len(done.stderr.splitlines()) == 2
     assert "\\u001b" in done.stderr
-    assert "\\u001b" in run("import", recording, f"--{NAME}", code=2).stderr
+    assert "1b]0;owned" in run("import", recording, f"--{NAME}", code=2).stderr
     document = json.loads(run("import", forged, "--json", code=5).stdout)
     assert NAME in document["cause"]
 
