@@ -90,7 +90,8 @@ class Trial:
         self.table_crc = host._trajectory_crc
         self.bank_crc = self.virtual._registers.integer("shadow.crc")
         host.release()
-        self.settled, self.token, self.stopped = OLD, 0, False
+        self.settled, self.token = OLD, 0
+        self.unconfirmed = self.stopped = False
         self.heartbeat()
 
     @property
@@ -99,8 +100,9 @@ class Trial:
 
     def operate(self, name: str) -> None:
         """Carry out one of OPERATIONS, and look what became of it."""
-        powered, unconfirmed = self.machine.enabled, self.machine.banks.unconfirmed
+        powered = self.machine.enabled
         OPERATIONS[name](self)
+        self._note_commit()
         machine, active = self.machine, self.machine.banks.active
         require(powered or not machine.enabled or "ENABLE" in name, "enabled without ENABLE")
         require(active in (OLD, OTHER), "gains that are a mixture")
@@ -111,8 +113,12 @@ class Trial:
         require(told or machine.fault is Fault.NONE, "a fault that the state does not tell")
         if not machine.banks.unconfirmed:
             self.settled = active
-        elif not unconfirmed:
-            self.stopped = False
+
+    def _note_commit(self) -> None:
+        """Gains of another commit are not those that a stop takes back."""
+        unconfirmed = self.machine.banks.unconfirmed
+        self.stopped = self.stopped and (self.unconfirmed or not unconfirmed)
+        self.unconfirmed = unconfirmed
 
     # ---- operations
 
@@ -139,6 +145,7 @@ class Trial:
         self.time.step_s = seconds / count if seconds else SAMPLE_PERIOD_S
         for _ in range(count):
             self.time.advance(self.machine, False)
+            self._note_commit()
         self.time.step_s = SAMPLE_PERIOD_S
 
     def half_a_second(self) -> None:
