@@ -39,7 +39,7 @@ def test_sequences_grow_longer_until_the_time_is_over(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     waits = program(tmp_path, "[ $1 = 7 ] && exec sleep 60; echo depth $1")
-    clock = iter([0.0, 0.0, 0.0, 59.9])
+    clock = iter([0.0, 0.0, 0.0, 0.0, 59.9])
     with monkeypatch.context() as patched:
         patched.setattr(fuzz.time, "monotonic", lambda: next(clock))
         assert not fuzz.explored(waits, 60.0)

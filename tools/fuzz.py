@@ -30,7 +30,7 @@ SHARES: Final = {"frames": 1, "plays": 4, "store": 1, "values": 2}
 """Of the time, by target."""
 EXPLORING: Final = 2
 """The same, of the sequences of operations."""
-_SHORTEST, _LONGEST = 5, 12
+_SHORTEST, _LONGEST = 4, 12
 LONGEST_INPUT: Final = 1024
 _SANITIZERS: Final = {"ASAN_OPTIONS": "abort_on_error=1", "UBSAN_OPTIONS": "abort_on_error=1"}
 _NOTHING: Final = "int LLVMFuzzerTestOneInput(const char *b, long n) { return b && n > 9; }"

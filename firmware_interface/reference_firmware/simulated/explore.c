@@ -167,7 +167,10 @@ static const struct operation {
 /* ---- situations */
 
 struct situation {
-    struct machine machine; /* its counters of samples left out */
+    enum fd_state state;
+    enum fd_fault fault;
+    bool roll_back_due;
+    uint32_t until_capture; /* in steps of 20 samples */
     bool shaking, stopped, powered, brake_released, sto_pressed, sto_latched;
     bool unconfirmed, staged, held, at_rest, setpoints_move, drained;
     uint32_t lease_s, silence, window; /* the last two in quarters of their length */
@@ -179,9 +182,10 @@ static struct situation situation(void)
 {
     struct situation now;
     memset(&now, 0, sizeof now);
-    now.machine = machine;
-    now.machine.fault_sample = now.machine.samples = 0;
-    now.machine.until_capture /= 20u;
+    now.state = machine.state;
+    now.fault = machine.fault;
+    now.roll_back_due = machine.roll_back_due;
+    now.until_capture = machine.until_capture / 20u;
     now.shaking = shaking;
     now.stopped = stopped;
     now.powered = drive_powered();

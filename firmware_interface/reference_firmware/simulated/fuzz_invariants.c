@@ -34,7 +34,7 @@ static struct {
 /* As the last call of the main loop left it; since then there were only samples. */
 static struct {
     unsigned long power_ups;
-    bool powered, busy;
+    bool powered, guarded; /* a motion of the holder, which owes a sign of life */
     uint32_t holder;
 } left;
 
@@ -162,7 +162,7 @@ static void check_samples(void)
         memset(&left, 0, sizeof left);
     }
     hold(left.powered || !drive_powered(), "enabled by itself");
-    hold(session_key() == left.holder || (session_key() == 0 && !left.busy),
+    hold(session_key() == left.holder || (session_key() == 0 && !left.guarded),
          "the host was lost in a motion");
 }
 
@@ -243,7 +243,8 @@ static void look_after(void)
     unconfirmed = gain_banks_unconfirmed();
     left.power_ups = simulation.power_ups;
     left.powered = drive_powered();
-    left.busy = machine_busy();
+    left.guarded = (setpoints_moving() || machine.state == FD_STATE_DRAINING)
+        && machine.fault == FD_FAULT_NONE;
     left.holder = session_key();
     invariants_seen.refused_trajectories += before.result == FD_RESULT_PENDING
         && commands_last_result() == FD_RESULT_TRAJECTORY_LIMITS;
