@@ -123,8 +123,7 @@ def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Arra
         A cell is no number, or a row has more or fewer cells.
     TooLargeError
     """
-    most = max(_count_rows(path) - layout.first_row + 1, 0)
-    check_table(len(layout.numeric), most)
+    most = max(_count_rows(path, len(layout.numeric)) - layout.first_row + 1, 0)
     values, at = np.empty((len(layout.numeric), most)), 0
     with open_text(path, dialect.encoding) as file:
         table = islice(lines_of(file), layout.first_row - 1, layout.first_row - 1 + most)
@@ -196,8 +195,14 @@ def _with_points(lines: Iterator[str], separator: str, layout: Layout) -> Iterat
         yield line.replace(",", ".")
 
 
-def _count_rows(path: Path) -> int:
-    """Rows of a file, or more; of any encoding and any end of line. A last line EOF is none."""
+def _count_rows(path: Path, columns: int) -> int:
+    """Rows of a file, or more; of any encoding and any end of line. A last line EOF is none.
+
+    Raises
+    ------
+    TooLargeError
+        So many columns of them are more than a recording has.
+    """
     feeds = returns = 0
     block = b""
     with open_bytes(path) as file:
@@ -205,6 +210,7 @@ def _count_rows(path: Path) -> int:
             block = part
             feeds += block.count(b"\n")
             returns += block.count(b"\r") if not feeds else 0
+            check_table(columns, max(feeds, returns))
     rows = max(feeds, returns) + (not block.endswith((b"\n", b"\r", b"\n\0")))
     end = block[-64:].replace(b"\0", b"").strip().endswith((b"\nEOF", b"\rEOF"))
     return rows - (1 if end else 0)

@@ -301,7 +301,7 @@ def test_blank_rows_are_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(limits, "MOST_NUMBERS", 3000)
     path = tmp_path / "blank.csv"
     path.write_text(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n" + 1500 * "\n")
-    with pytest.raises(DataError, match="it has 4,506 numbers, and at most 3,000 are read"):
+    with pytest.raises(DataError, match="it has 4,509 numbers, and at most 3,000 are read"):
         edge_ident.load_recording(path)
 
 
