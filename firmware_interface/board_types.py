@@ -133,7 +133,10 @@ class AxisLimits:
     gain_maximum : AxisGains
         Largest value of each number, either sign where it may be negative.
     effort_jump_nm : float
-        Largest jump of the effort that a commit evens out while the law acts; 0: it takes none.
+        Largest jump of the effort that a commit evens out; 0: it takes none while the law acts.
+    inertia, viscous_friction : float
+        Of the drive as the board's settings state it, kg·m² and N·m·s/rad at the gearbox output: a
+        commit is refused where feedback would be unstable with them. Inertia 0: not checked.
     """
 
     travel_rad: float
@@ -144,6 +147,8 @@ class AxisLimits:
     gain_step: float
     gain_maximum: AxisGains
     effort_jump_nm: float = 0.0
+    inertia: float = 0.0
+    viscous_friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -270,8 +275,13 @@ def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisL
     def value(name: str) -> float:
         return received(f"limits.{axis}.{name}", words, base)
 
-    jump = REGISTERS[f"bumpless.{axis}.jump_limit"]
-    knows = jump.since <= version
+    def later(name: str) -> float:
+        """Of a register that boards of older maps do not have."""
+        register = REGISTERS[name]
+        if register.since > version:
+            return 0.0
+        return received(name, read(register.address, register.words))
+
     return AxisLimits(
         travel_rad=value("travel"),
         speed_rad_s=value("speed"),
@@ -280,7 +290,9 @@ def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisL
         following_error_rad=value("following_error"),
         gain_step=value("gain_step"),
         gain_maximum=checked_gains("gain_maximum", bank)[axis],
-        effort_jump_nm=received(jump.name, read(jump.address, jump.words)) if knows else 0.0,
+        effort_jump_nm=later(f"bumpless.{axis}.jump_limit"),
+        inertia=later(f"stated.{axis}.inertia"),
+        viscous_friction=later(f"stated.{axis}.viscous_friction"),
     )
 
 

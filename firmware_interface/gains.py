@@ -234,12 +234,25 @@ class AxisGains:
         return cls(**values)
 
 
+CONSERVATIVE_GAINS: Final = AxisGains(
+    proportional=30.0,
+    derivative=4.0,
+    integral=0.0,
+    velocity_filter_s=0.010,
+    inertia_feedforward=0.0,
+    viscous_feedforward=0.0,
+    coulomb_feedforward=0.0,
+    coulomb_smoothing_rad_s=0.1,
+    offset_feedforward=0.0,
+)
+"""Soft feedback without feed-forward: safe on any drive of this size, and slow to follow."""
 Bank = Mapping[str, AxisGains]
 """Gains of all axes, by name."""
 GAIN_FIELDS: Final[Mapping[int, tuple[str, ...]]] = {
     3: tuple(field.name for field in fields(AxisGains))[:15],
     4: tuple(field.name for field in fields(AxisGains)),
     5: tuple(field.name for field in fields(AxisGains)),
+    6: tuple(field.name for field in fields(AxisGains)),
 }
 """Fields of `AxisGains` that a board knows, by the version of its register map."""
 OFF: Final = AxisGains.of_numbers([0.0] * 9).numbers()

@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 #define FD_MAGIC 0x4d464453u
-#define FD_MAP_VERSION 5u
-#define FD_MAP_CRC 0x70f6f3ebu
+#define FD_MAP_VERSION 6u
+#define FD_MAP_CRC 0xaae95dbbu
 #define FD_FLOAT_TEST 3.1415927f
 #define FD_STORE_SIGNATURE 0x65766173u
 #define FD_SESSION_LEASE_S 5.0f
@@ -42,6 +42,8 @@ enum fd_fault {
     FD_FAULT_STO = 6, /* the wired emergency stop cut the effort */
     FD_FAULT_NOT_FINITE = 7, /* a setpoint or an effort was not a finite number */
     FD_FAULT_LIMIT_SWITCH = 8, /* an axis moved onto a limit switch */
+    FD_FAULT_OSCILLATION = 9, /* the feedback kept an axis swinging to and fro */
+    FD_FAULT_STOP_OVERDUE = 10, /* an axis did not come to rest in the time of a stop, so the effort was cut */
 };
 
 /* Commands; each is written with a fresh token and its argument in one write. */
@@ -53,10 +55,10 @@ enum fd_opcode {
     FD_OPCODE_CLEAR_FAULT = 5, /* leave FAULT for IDLE, at rest only; the effort stays off */
     FD_OPCODE_COMMIT = 6, /* swap the shadow bank into the active one where the axes stand, keep the old one; argument: CRC of the shadow bank */
     FD_OPCODE_CONFIRM = 7, /* keep the committed gains */
-    FD_OPCODE_ROLL_BACK = 8, /* return to the gains before the last COMMIT */
+    FD_OPCODE_ROLL_BACK = 8, /* return to the gains before the last COMMIT, at rest; where an axis moves in IDLE, begin a stop, as DISABLE does */
     FD_OPCODE_STORE = 9, /* write confirmed gains to permanent memory; argument: 0x65766173 */
     FD_OPCODE_ENABLE = 10, /* let the control law act and release the brake, where the axes stand */
-    FD_OPCODE_DISABLE = 11, /* apply the brake and switch the effort off, at rest only */
+    FD_OPCODE_DISABLE = 11, /* apply the brake and switch the effort off, at rest; where an axis moves in IDLE, ARMED or DONE, begin a stop, whose end is never later than its time */
     FD_OPCODE_COMMIT_RUNNING = 12, /* COMMIT while the control law acts: in IDLE and DONE, or in DRAINING while the axes come to rest; the effort goes on without a jump */
 };
 
@@ -80,6 +82,7 @@ enum fd_result {
     FD_RESULT_NOT_ENABLED = 15, /* the effort is off */
     FD_RESULT_NOT_HELD = 16, /* the command came from a host that does not control the board */
     FD_RESULT_EFFORT_JUMP = 17, /* the effort would jump too far under the staged gains; the old ones stay in force */
+    FD_RESULT_UNSTABLE_FEEDBACK = 18, /* with the inertia and friction that the board states, the loop would be unstable under the staged gains */
 };
 
 /* Which of the two tables the board follows. */
@@ -164,6 +167,10 @@ enum fd_identificationreason {
 #define FD_REG_BUMPLESS_X_JUMP 0x00c4u
 #define FD_REG_BUMPLESS_Z_JUMP_LIMIT 0x00c6u
 #define FD_REG_BUMPLESS_Z_JUMP 0x00c8u
+#define FD_REG_STATED_X_INERTIA 0x00ccu
+#define FD_REG_STATED_X_VISCOUS_FRICTION 0x00ceu
+#define FD_REG_STATED_Z_INERTIA 0x00d0u
+#define FD_REG_STATED_Z_VISCOUS_FRICTION 0x00d2u
 #define FD_REG_TRAJECTORY_KIND 0x0100u
 #define FD_REG_TRAJECTORY_LEAD_IN_SAMPLES 0x0101u
 #define FD_REG_TRAJECTORY_CAPTURE_SAMPLES 0x0103u
@@ -486,6 +493,10 @@ enum fd_identificationreason {
     X(0x00c4u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x00c6u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x00c8u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00ccu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00ceu, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00d0u, 2u, 1u, 0u, 0u, 0xffffffffu) \
+    X(0x00d2u, 2u, 1u, 0u, 0u, 0xffffffffu) \
     X(0x0100u, 1u, 1u, 1u, 0u, 0xffffffffu) \
     X(0x0101u, 2u, 1u, 1u, 40u, 240000u) \
     X(0x0103u, 2u, 1u, 1u, 1u, 8640000u) \

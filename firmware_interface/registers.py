@@ -10,8 +10,8 @@ from typing import Final
 from firmware_interface.register import Register
 
 MAGIC: Final = 0x4D464453
-MAP_VERSION: Final = 5
-MAP_CRC: Final = 0x70F6F3EB
+MAP_VERSION: Final = 6
+MAP_CRC: Final = 0xAAE95DBB
 FLOAT_TEST: Final = 3.1415927
 STORE_SIGNATURE: Final = 0x65766173
 SESSION_LEASE_S: Final = 5.0
@@ -49,6 +49,8 @@ class Fault(IntEnum):
     STO = 6
     NOT_FINITE = 7
     LIMIT_SWITCH = 8
+    OSCILLATION = 9
+    STOP_OVERDUE = 10
 
 
 class Opcode(IntEnum):
@@ -89,6 +91,7 @@ class Result(IntEnum):
     NOT_ENABLED = 15
     NOT_HELD = 16
     EFFORT_JUMP = 17
+    UNSTABLE_FEEDBACK = 18
 
 
 class TrajectoryKind(IntEnum):
@@ -164,6 +167,14 @@ FAULT_TEXTS: Final = {
         "an axis moved onto a limit switch",
         "run edge-ident clear-fault, then move away from the switch: edge-ident home",
     ),
+    Fault.OSCILLATION: (
+        "the feedback kept an axis swinging to and fro",
+        "look for a loose coupling or a changed load; if the gains are new, use softer feedback; then run edge-ident clear-fault",
+    ),
+    Fault.STOP_OVERDUE: (
+        "an axis did not come to rest in the time of a stop, so the effort was cut",
+        "look at what moves the axis, and at its gains, then run edge-ident clear-fault",
+    ),
 }
 
 RESULT_TEXTS: Final = {
@@ -217,7 +228,7 @@ RESULT_TEXTS: Final = {
     ),
     Result.NOT_AT_REST: (
         "an axis still moves",
-        "wait until it stands still",
+        "wait until it stands still: DISABLE and ROLL_BACK have begun a stop, at the end of which the axes stand or the effort is off",
     ),
     Result.STORE_FAILED: (
         "permanent memory did not take the gains",
@@ -237,7 +248,11 @@ RESULT_TEXTS: Final = {
     ),
     Result.EFFORT_JUMP: (
         "the effort would jump too far under the staged gains; the old ones stay in force",
-        "let the axes come to rest, then commit",
+        "let the axes come to rest, then commit; at rest, enable the axes first, or change offset, tables and ripples in smaller steps",
+    ),
+    Result.UNSTABLE_FEEDBACK: (
+        "with the inertia and friction that the board states, the loop would be unstable under the staged gains",
+        "use softer feedback; if the drive is another one than stated, correct inertia and friction in the settings of the firmware",
     ),
 }
 
@@ -623,7 +638,7 @@ _ALL = (
         minimum=0,
         maximum=1000000.0,
         since=5,
-        description="Largest jump of the effort that COMMIT_RUNNING evens out; 0 switches it off.",
+        description="Largest jump of the effort that COMMIT and COMMIT_RUNNING even out; 0 switches COMMIT_RUNNING off, and COMMIT then takes a fifth of the effort limit.",
     ),
     Register(
         name="bumpless.x.jump",
@@ -633,7 +648,7 @@ _ALL = (
         minimum=-1000000.0,
         maximum=1000000.0,
         since=5,
-        description="Effort of the staged gains less that of the gains in force, at the last COMMIT_RUNNING that came to be decided.",
+        description="Effort of the staged gains less that of the gains in force, at the last COMMIT or COMMIT_RUNNING that came to be decided.",
     ),
     Register(
         name="bumpless.z.jump_limit",
@@ -643,7 +658,7 @@ _ALL = (
         minimum=0,
         maximum=1000000.0,
         since=5,
-        description="Largest jump of the effort that COMMIT_RUNNING evens out; 0 switches it off.",
+        description="Largest jump of the effort that COMMIT and COMMIT_RUNNING even out; 0 switches COMMIT_RUNNING off, and COMMIT then takes a fifth of the effort limit.",
     ),
     Register(
         name="bumpless.z.jump",
@@ -653,7 +668,47 @@ _ALL = (
         minimum=-1000000.0,
         maximum=1000000.0,
         since=5,
-        description="Effort of the staged gains less that of the gains in force, at the last COMMIT_RUNNING that came to be decided.",
+        description="Effort of the staged gains less that of the gains in force, at the last COMMIT or COMMIT_RUNNING that came to be decided.",
+    ),
+    Register(
+        name="stated.x.inertia",
+        address=204,
+        type="f32",
+        unit="kg*m^2",
+        minimum=0,
+        maximum=1000000.0,
+        since=6,
+        description="At the gearbox output. COMMIT and COMMIT_RUNNING refuse feedback that is unstable with it; 0: not stated, not checked.",
+    ),
+    Register(
+        name="stated.x.viscous_friction",
+        address=206,
+        type="f32",
+        unit="N*m*s/rad",
+        minimum=0,
+        maximum=1000000.0,
+        since=6,
+        description="At the gearbox output; for the same check.",
+    ),
+    Register(
+        name="stated.z.inertia",
+        address=208,
+        type="f32",
+        unit="kg*m^2",
+        minimum=0,
+        maximum=1000000.0,
+        since=6,
+        description="At the gearbox output. COMMIT and COMMIT_RUNNING refuse feedback that is unstable with it; 0: not stated, not checked.",
+    ),
+    Register(
+        name="stated.z.viscous_friction",
+        address=210,
+        type="f32",
+        unit="N*m*s/rad",
+        minimum=0,
+        maximum=1000000.0,
+        since=6,
+        description="At the gearbox output; for the same check.",
     ),
     Register(
         name="trajectory.kind",

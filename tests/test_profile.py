@@ -16,7 +16,7 @@ from pathlib import Path
 from edge_ident.drive.writing import drive_text
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
 from tests.short_runs import brief_drive

@@ -15,9 +15,9 @@ from edge_ident.drive.writing import drive_text
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import State
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.boards import served_board
 from tests.processes import running
 from tests.repetitions import a_few

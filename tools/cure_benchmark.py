@@ -34,13 +34,12 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import AxisModel, base_axis
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Multisine
 from firmware_interface.plant import COUNT_RAD, EFFECTS
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY
 from firmware_interface.registers import AXES
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tools.cure_machines import (
     DURATION_S,
     EFFORT_LIMIT_NM,

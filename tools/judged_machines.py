@@ -19,7 +19,7 @@ from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, base_axis
 from firmware_interface import board_session
 from firmware_interface.board import Board
-from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains, Bank
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
 from firmware_interface.plant.catalogue import EFFECTS, draw
 from firmware_interface.plant.drives import COUNT_RAD, draw_drives
@@ -29,7 +29,7 @@ from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.registers import AXES
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS, BoardSettings
+from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
 from tests.short_runs import brief_drive
 
 Array = NDArray[np.float64]

@@ -45,10 +45,9 @@ from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, Identification
-from firmware_interface.gains import FEEDBACK, AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, FEEDBACK, AxisGains
 from firmware_interface.motion import Multisine, Trajectory
 from firmware_interface.plant import Hidden, Plant, draw_drives
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.short_runs import Silent
 from tools.campaign_scores import line, scored, table
 

@@ -15,6 +15,7 @@ from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ModelFile, ResultOptions, given_model, model_for
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import connected, located
+from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from edge_ident import Board
@@ -150,8 +151,7 @@ def stage(
     with connected(where) as (board, _):
         active = commissioning.settled_gains(board)
         wanted = commissioning.wanted_gains(active, loaded)
-        commissioning.check_change(board, active, wanted, change.large_steps)
-        predicted = forecast.predict_stable(board, [active, wanted])
+        predicted = _checked(board, active, wanted, forecast, change)
         backup = commissioning.back_up(active, board.identity, change.backups)
         commissioning.stage_gains(board, wanted)
         number = board.identity.serial_number
@@ -186,8 +186,7 @@ def commit(
             commissioning.make_ready(board)
             active = board.active_gains()
             staged = commissioning.staged_whole(board, active)
-            commissioning.check_change(board, active, staged, change.large_steps)
-            predicted = forecast.predict_stable(board, [active, staged])
+            predicted = _checked(board, active, staged, forecast, change)
             backup = commissioning.back_up(active, board.identity, change.backups)
             with shown_progress() as bars:
                 known = given_model(forecast.model)
@@ -265,8 +264,7 @@ def restore(
             commissioning.make_ready(board)
             active = board.active_gains()
             wanted = commissioning.wanted_gains(active, loaded)
-            commissioning.check_change(board, active, wanted, change.large_steps)
-            predicted = forecast.predict_stable(board, [active, wanted])
+            predicted = _checked(board, active, wanted, forecast, change)
             backup = commissioning.back_up(active, board.identity, change.backups)
             with shown_progress() as bars:
                 done = commissioning.restore_gains(board, drive, wanted, bars)
@@ -274,6 +272,24 @@ def restore(
             number = board.identity.serial_number
             found = report.GainReport(number, active, wanted, predicted, backup, done)
         _deliver(found, results)
+
+
+def _checked(
+    board: "Board",
+    active: "Bank",
+    wanted: "Bank",
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+) -> "Forecasts":
+    """Check gains before they are staged or committed; what is predicted of them."""
+    unchecked = commissioning.check_change(board, active, wanted, change.large_steps)
+    predicted = forecast.predict_stable(board, [active, wanted])
+    if unchecked and not predicted:
+        say(
+            f"feedback of axis {listed(unchecked)}: not checked, for the board states no inertia; "
+            "--model or --recording have this computer check it"
+        )
+    return predicted
 
 
 def _ends_with_the_command(device: str) -> bool:

@@ -11,9 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.plant.drives import COUNT_RAD, Array, Chain, Control, Drives
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 COUNTS_PER_TURN: Final = round(2 * np.pi / COUNT_RAD)
 _SHARES: Final = {

@@ -4,6 +4,7 @@
 
 #include "arming.h"
 #include "drive.h"
+#include "feedback.h"
 #include "gain_banks.h"
 #include "gain_store.h"
 #include "handover.h"
@@ -73,9 +74,10 @@ static enum fd_result quick_stop(void)
     if (machine.state == FD_STATE_CHECKING || machine.state == FD_STATE_ARMED
         || machine.state == FD_STATE_DONE) {
         machine.state = FD_STATE_IDLE;
-    } else if (machine.state == FD_STATE_MOVING || machine.state == FD_STATE_DRAINING) {
+    } else if (machine.state == FD_STATE_DRAINING) {
         machine_stop();
     }
+    machine_bring_to_rest();
     return FD_RESULT_DONE;
 }
 
@@ -129,10 +131,11 @@ static enum fd_result disable(void)
         return FD_RESULT_DONE;
     }
     if (machine.state != FD_STATE_IDLE && machine.state != FD_STATE_ARMED
-        && machine.state != FD_STATE_DONE) {
+        && machine.state != FD_STATE_DONE && machine.state != FD_STATE_STOPPING) {
         return FD_RESULT_WRONG_STATE;
     }
     if (machine_moving()) {
+        machine_bring_to_rest();
         return FD_RESULT_NOT_AT_REST;
     }
     machine_disable();
@@ -151,26 +154,48 @@ static enum fd_result idle_at_rest(void)
         : machine_moving() ? FD_RESULT_NOT_AT_REST : FD_RESULT_DONE;
 }
 
+/* The bank that the host means, where its feedback is stable. */
+static enum fd_result staged_gains(uint32_t crc, struct fd_gain_bank staged[FD_AXES])
+{
+    const struct board_settings *settings = port_settings();
+    const enum fd_result result = gain_banks_staged(crc, staged);
+    for (unsigned axis = 0; axis < FD_AXES && result == FD_RESULT_DONE; axis++) {
+        if (!feedback_stable(&staged[axis], &settings->axis[axis], settings->control_delay_ns)) {
+            return FD_RESULT_UNSTABLE_FEEDBACK;
+        }
+    }
+    return result;
+}
+
 /* With the lock. */
-static enum fd_result gain_command(uint16_t opcode, uint32_t argument)
+static enum fd_result roll_back(void)
+{
+    if (machine.state == FD_STATE_STOPPING) {
+        return FD_RESULT_NOT_AT_REST;
+    }
+    const enum fd_result result = idle_at_rest();
+    if (result == FD_RESULT_NOT_AT_REST) {
+        machine_bring_to_rest();
+    }
+    return result == FD_RESULT_DONE ? machine_roll_back() : result;
+}
+
+/* With the lock. */
+static enum fd_result commit(uint32_t argument)
 {
     struct fd_gain_bank staged[FD_AXES];
     enum fd_result result = idle_at_rest();
-    if (result != FD_RESULT_DONE) {
-        return result;
-    }
-    if (opcode == FD_OPCODE_CONFIRM) {
-        return gain_banks_confirm();
-    }
-    if (opcode == FD_OPCODE_ROLL_BACK) {
-        return machine_roll_back();
-    }
-    result = gain_banks_staged(argument, staged);
     if (result == FD_RESULT_DONE) {
-        gain_banks_commit(staged);
-        machine_exchange_gains();
+        result = staged_gains(argument, staged);
     }
-    return result;
+    return result == FD_RESULT_DONE ? handover_at_rest(staged) : result;
+}
+
+/* With the lock. */
+static enum fd_result confirm(void)
+{
+    const enum fd_result result = idle_at_rest();
+    return result == FD_RESULT_DONE ? gain_banks_confirm() : result;
 }
 
 /* With the lock. */
@@ -182,7 +207,7 @@ static enum fd_result commit_running(uint32_t argument)
     }
     enum fd_result result = machine_takes_gains();
     if (result == FD_RESULT_DONE) {
-        result = gain_banks_staged(argument, staged);
+        result = staged_gains(argument, staged);
     }
     if (result != FD_RESULT_DONE) {
         return result;
@@ -229,9 +254,11 @@ static enum fd_result execute_at_once(const struct command *command)
     case FD_OPCODE_DISABLE:
         return disable();
     case FD_OPCODE_COMMIT:
+        return commit(command->argument);
     case FD_OPCODE_CONFIRM:
+        return confirm();
     case FD_OPCODE_ROLL_BACK:
-        return gain_command(command->opcode, command->argument);
+        return roll_back();
     case FD_OPCODE_COMMIT_RUNNING:
         return commit_running(command->argument);
     default:

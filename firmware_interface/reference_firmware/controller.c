@@ -13,6 +13,7 @@ void controller_reset(struct controller *controller, int32_t counts, float rad_p
     controller->velocity_rad_s = 0.0f;
     controller->integral_nm = 0.0f;
     controller->carried_nm = 0.0f;
+    controller->feedforward_nm = 0.0f;
     controller_exchange(controller, counts, rad_per_count);
 }
 
@@ -42,10 +43,11 @@ float controller_law_nm(struct controller *controller, const struct fd_gain_bank
         - (float)counts * rad_per_count;
     controller->integral_nm = clamped(
         controller->integral_nm + gains->integral * error * SAMPLE_PERIOD_S, limit_nm, finite);
+    const float feedforward = law_feedforward_nm(gains, setpoint, other, &controller->memory);
     const float effort = gains->proportional * error
         + gains->derivative * (setpoint->velocity_rad_s - controller->velocity_rad_s)
-        + controller->integral_nm
-        + law_feedforward_nm(gains, setpoint, other, &controller->memory);
+        + controller->integral_nm + feedforward;
+    controller->feedforward_nm = clamped(feedforward, limit_nm, finite);
     return law_output_nm(gains, effort);
 }
 

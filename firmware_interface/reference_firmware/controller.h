@@ -13,6 +13,7 @@ struct controller {
     float velocity_rad_s;
     float integral_nm;
     float carried_nm; /* what is left of the bias that bridged an exchange of gains */
+    float feedforward_nm; /* of the last sample, within the effort limit */
     struct law_memory memory;
 };
 

@@ -7,7 +7,6 @@
 #include "port.h"
 
 #define REST_SAMPLES 20u
-#define REST_COUNTS 2u
 
 static struct controller controllers[FD_AXES];
 static struct fd_gain_bank gains[FD_AXES];
@@ -26,6 +25,13 @@ void drive_init(void)
     drive_power_off();
 }
 
+static void reset_controllers(void)
+{
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        controller_reset(&controllers[axis], history[newest][axis], rad_per_count);
+    }
+}
+
 void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
 {
     memcpy(gains, exchanged, sizeof gains);
@@ -36,9 +42,7 @@ void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
 
 void drive_power_on(void)
 {
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        controller_reset(&controllers[axis], history[newest][axis], rad_per_count);
-    }
+    reset_controllers();
     powered = true;
 }
 
@@ -46,6 +50,7 @@ void drive_power_off(void)
 {
     static const int16_t none[FD_AXES];
     powered = false;
+    reset_controllers();
     port_write_effort(none); /* at once: what this sample has commanded is not in force yet */
     port_release_brake(false);
 }
@@ -74,6 +79,11 @@ static int32_t following_error(const struct setpoint *setpoint, int32_t position
 void drive_latch(struct drive_sample *sample)
 {
     port_read_encoders(sample->position);
+}
+
+void drive_latched(struct drive_sample *sample)
+{
+    memcpy(sample->position, history[newest], sizeof sample->position);
 }
 
 void drive_consider(const struct fd_gain_bank offered[FD_AXES],
@@ -107,6 +117,8 @@ bool drive_take_sample(const struct setpoint setpoints[FD_AXES], struct drive_sa
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         const float counts = efforts_nm[axis] / port_settings()->effort_per_count_nm;
         sample->effort[axis] = finite ? to_int16(counts) : 0;
+        sample->feedback[axis] = (float)sample->effort[axis]
+            - controllers[axis].feedforward_nm / port_settings()->effort_per_count_nm;
     }
     port_write_effort(sample->effort);
     port_release_brake(powered);

@@ -12,7 +12,10 @@ struct drive_sample {
     int32_t position[FD_AXES];
     int32_t following_error[FD_AXES];
     int16_t effort[FD_AXES];
+    float feedback[FD_AXES]; /* the effort less the feed-forward */
 };
+
+#define REST_COUNTS 2u /* the encoders of an axis at rest stray no farther */
 
 /* [main] Before the first sample. */
 void drive_init(void);
@@ -25,8 +28,9 @@ void drive_power_on(void);
 void drive_power_off(void);
 bool drive_powered(void);
 
-/* Latch the encoders. */
+/* Latch the encoders; or what they showed last. */
 void drive_latch(struct drive_sample *sample);
+void drive_latched(struct drive_sample *sample);
 
 /* What these gains would make of the sample latched; or go on with them in it. */
 void drive_consider(const struct fd_gain_bank gains[FD_AXES], const struct setpoint setpoints[FD_AXES],

@@ -8,6 +8,7 @@
 #include "setpoints.h"
 
 #define MOST_SHOWN_NM 1e6f
+#define SHARE_OF_EFFORT 0.2f /* that may jump where nothing is said of it */
 
 static struct fd_gain_bank offered[FD_AXES];
 static enum fd_result result;
@@ -55,6 +56,12 @@ static float shown(float jump)
     return isnan(jump) ? MOST_SHOWN_NM : fminf(fmaxf(jump, -MOST_SHOWN_NM), MOST_SHOWN_NM);
 }
 
+static float jump_limit_nm(const struct axis_settings *limit)
+{
+    return limit->effort_jump_nm > 0.0f ? limit->effort_jump_nm
+                                        : SHARE_OF_EFFORT * limit->effort_nm;
+}
+
 /* Every comparison is written so that what is no number fails. */
 static enum fd_result judged(const struct transfer *transfer)
 {
@@ -63,7 +70,7 @@ static enum fd_result judged(const struct transfer *transfer)
         const struct axis_settings *limit = &port_settings()->axis[axis];
         const struct setpoint *begun = &transfer->setpoints[axis];
         const float rest_rad = setpoints_rest_rad(transfer->setpoints, axis);
-        if (!(fabsf(transfer->jump_nm[axis]) <= limit->effort_jump_nm)) {
+        if (!(fabsf(transfer->jump_nm[axis]) <= jump_limit_nm(limit))) {
             return FD_RESULT_EFFORT_JUMP;
         }
         if (!(fabsf(begun->velocity_rad_s) <= limit->speed_rad_s
@@ -75,9 +82,33 @@ static enum fd_result judged(const struct transfer *transfer)
     return found;
 }
 
-void handover_decide(const struct drive_sample *sample, enum fd_result taken, bool moving)
+/* Put gains in force in the sample latched, unless they ask for too much. */
+static enum fd_result exchanged(const struct fd_gain_bank gains[FD_AXES],
+                                const struct drive_sample *sample, bool moving)
 {
     struct transfer transfer;
+    drive_consider(gains, setpoints_current(), sample, moving, &transfer);
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        jump_nm[axis] = shown(transfer.jump_nm[axis]);
+    }
+    const enum fd_result found = judged(&transfer);
+    if (found == FD_RESULT_DONE) {
+        drive_take_over(gains, &transfer);
+        setpoints_take_up(transfer.setpoints, moving);
+        gain_banks_commit(gains);
+    }
+    return found;
+}
+
+enum fd_result handover_at_rest(const struct fd_gain_bank gains[FD_AXES])
+{
+    struct drive_sample standing;
+    drive_latched(&standing);
+    return exchanged(gains, &standing, false);
+}
+
+void handover_decide(const struct drive_sample *sample, enum fd_result taken, bool moving)
+{
     if (result != FD_RESULT_PENDING) {
         return;
     }
@@ -85,14 +116,5 @@ void handover_decide(const struct drive_sample *sample, enum fd_result taken, bo
         result = FD_RESULT_WRONG_STATE;
         return;
     }
-    drive_consider(offered, setpoints_current(), sample, moving, &transfer);
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        jump_nm[axis] = shown(transfer.jump_nm[axis]);
-    }
-    result = judged(&transfer);
-    if (result == FD_RESULT_DONE) {
-        drive_take_over(offered, &transfer);
-        setpoints_take_up(transfer.setpoints, moving);
-        gain_banks_commit(offered);
-    }
+    result = exchanged(offered, sample, moving);
 }

@@ -1,5 +1,5 @@
-/* Other gains in force while the law acts: offered by a command, decided in the next sample.
- * In the main loop, hold the lock. */
+/* Other gains in force: at rest at once, or, while the law acts, offered by a command and decided in
+ * the next sample. In the main loop, hold the lock. */
 #ifndef HANDOVER_H
 #define HANDOVER_H
 
@@ -9,6 +9,9 @@
 
 /* At power-up: nothing is offered. */
 void handover_init(void);
+
+/* Put gains in force where the axes stand, or leave all as it is and say why. */
+enum fd_result handover_at_rest(const struct fd_gain_bank gains[FD_AXES]);
 
 /* The board takes gains while the law acts. */
 bool handover_capable(void);

@@ -8,10 +8,13 @@
 #include "gain_banks.h"
 #include "handover.h"
 #include "identification.h"
+#include "oscillation.h"
 #include "port.h"
 #include "register_file.h"
 #include "session.h"
 #include "setpoints.h"
+
+#define REST_SAMPLES_AFTER_RAMP 800u /* 2 s: soft feedback brings a heavy axis to rest in less */
 
 struct machine machine;
 
@@ -60,6 +63,7 @@ enum fd_result machine_takes_gains(void)
 void machine_enable(void)
 {
     setpoints_hold_here();
+    oscillation_reset();
     drive_power_on();
 }
 
@@ -82,6 +86,15 @@ void machine_stop(void)
 {
     setpoints_stop();
     machine.state = FD_STATE_STOPPING;
+    machine.restless = 0;
+}
+
+void machine_bring_to_rest(void)
+{
+    if (drive_powered() && machine_moving() && machine.state != FD_STATE_DRAINING
+        && machine.state != FD_STATE_STOPPING) {
+        machine_stop();
+    }
 }
 
 void machine_clear_fault(void)
@@ -138,12 +151,16 @@ static void fail(enum fd_fault fault)
 
 /* A motion ends when its last page is fetched: until then a host owes the board a sign of life.
  * Nobody holds the board in a motion that another host stops: that one needs no guard. */
+static bool sign_of_life_owed(void)
+{
+    return (setpoints_moving() || machine.state == FD_STATE_DRAINING)
+        && machine.fault == FD_FAULT_NONE && session_key() != 0;
+}
+
 static void check_watchdog(void)
 {
     const uint32_t timeout_us = 1000u * register_u16(FD_REG_WATCHDOG_TIMEOUT);
-    const bool owed = setpoints_moving() || machine.state == FD_STATE_DRAINING;
-    if (!owed || machine.fault != FD_FAULT_NONE || session_key() == 0
-        || session_silence_us() <= timeout_us) {
+    if (!sign_of_life_owed() || session_silence_us() <= timeout_us) {
         return;
     }
     if (register_u16(FD_REG_WATCHDOG_ACTION) == FD_WATCHDOGACTION_COAST) {
@@ -187,8 +204,37 @@ static void check_limits(const struct drive_sample *measured)
     for (unsigned axis = 0; axis < FD_AXES && fault == FD_FAULT_NONE && drive_powered(); axis++) {
         fault = violation(axis, measured);
     }
+    if (drive_powered() && oscillation_seen(measured) && fault == FD_FAULT_NONE) {
+        fault = FD_FAULT_OSCILLATION;
+    }
     if (fault != FD_FAULT_NONE) {
         fail(fault);
+    }
+}
+
+/* A stop ends: what still moves some time after its ramp loses the effort. */
+static void check_stop(void)
+{
+    const bool stops = machine.state == FD_STATE_STOPPING || machine.state == FD_STATE_DRAINING;
+    machine.restless = stops && drive_powered() && !setpoints_moving() && !drive_at_rest()
+        ? machine.restless + 1u : 0;
+    if (machine.restless > REST_SAMPLES_AFTER_RAMP) {
+        fail(FD_FAULT_STOP_OVERDUE);
+    }
+}
+
+/* Unconfirmed gains go once the axes stand, or have no effort; and where they move, they are stopped
+ * for it. */
+static void check_roll_back(void)
+{
+    if (gain_banks_unconfirmed() && gain_banks_remaining_us() == 0) {
+        machine.roll_back_due = true;
+    }
+    if (machine.roll_back_due) {
+        machine_bring_to_rest();
+    }
+    if (machine.roll_back_due && (!machine_moving() || !drive_powered())) {
+        machine_roll_back();
     }
 }
 
@@ -257,12 +303,8 @@ void machine_sample(void)
     } else {
         identification_idle();
     }
+    check_stop();
     follow_up();
-    session_sample(machine_busy());
-    if (gain_banks_unconfirmed() && gain_banks_remaining_us() == 0) {
-        machine.roll_back_due = true;
-    }
-    if (machine.roll_back_due && !machine_moving()) {
-        machine_roll_back();
-    }
+    session_sample(sign_of_life_owed() || machine.state == FD_STATE_CHECKING);
+    check_roll_back();
 }

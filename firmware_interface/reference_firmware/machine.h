@@ -16,6 +16,7 @@ struct machine {
     bool roll_back_due; /* as soon as the axes stand */
     uint32_t until_capture; /* samples */
     uint32_t to_capture;
+    uint32_t restless; /* samples since a stop's ramp ended, in which an axis has not come to rest */
 };
 
 /* Written by the sample interrupt; in the main loop, hold the lock. */
@@ -51,8 +52,11 @@ enum fd_result machine_takes_gains(void);
 /* Lead-in and captured motion. */
 void machine_follow(const struct trajectory *trajectory);
 
-/* Decelerate to rest. */
+/* Decelerate to rest; an axis that does not come to rest soon after the ramp loses its effort. */
 void machine_stop(void);
+
+/* Begin that where an axis moves, under effort, in a state that no motion ends. */
+void machine_bring_to_rest(void);
 
 /* Leave FAULT, without effort. */
 void machine_clear_fault(void);

@@ -17,6 +17,7 @@
 #define LIMITS_STRIDE (FD_REG_LIMITS_Z_TRAVEL - FD_REG_LIMITS_X_TRAVEL)
 #define MEASURED_STRIDE (FD_REG_MEASURED_Z_POSITION - FD_REG_MEASURED_X_POSITION)
 #define BUMPLESS_STRIDE (FD_REG_BUMPLESS_Z_JUMP - FD_REG_BUMPLESS_X_JUMP)
+#define STATED_STRIDE (FD_REG_STATED_Z_INERTIA - FD_REG_STATED_X_INERTIA)
 #define TICK_US 10000u /* of times that are left */
 
 static void put_identity(const struct board_settings *settings)
@@ -50,6 +51,10 @@ static void put_limits(const struct board_settings *settings)
                          limit->acceleration_rad_s2);
         register_put_f32((uint16_t)(FD_REG_BUMPLESS_X_JUMP_LIMIT + axis * BUMPLESS_STRIDE),
                          limit->effort_jump_nm);
+        register_put_f32((uint16_t)(FD_REG_STATED_X_INERTIA + axis * STATED_STRIDE),
+                         limit->inertia);
+        register_put_f32((uint16_t)(FD_REG_STATED_X_VISCOUS_FRICTION + axis * STATED_STRIDE),
+                         limit->viscous_friction);
         maxima[axis] = limit->gain_maximum;
     }
     register_put_gains(GAINS_MAXIMUM, maxima);

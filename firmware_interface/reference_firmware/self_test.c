@@ -45,6 +45,8 @@ static bool limits(const struct board_settings *settings, const struct axis_sett
         && positive(axis->following_error_rad, 1e6f)
         && positive(axis->gain_step, 1.0f)
         && axis->effort_jump_nm >= 0.0f && axis->effort_jump_nm <= 1e6f
+        && axis->inertia >= 0.0f && axis->inertia <= 1e6f
+        && axis->viscous_friction >= 0.0f && axis->viscous_friction <= 1e6f
         && axis->gain_maximum.transmission_loss <= LARGEST_LOSS;
 }
 

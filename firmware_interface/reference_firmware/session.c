@@ -24,11 +24,11 @@ void session_init(void)
     renewed_us = fed_us = port_time_us();
 }
 
-void session_sample(bool busy)
+void session_sample(bool guarded)
 {
     if (session_remaining_us() == 0) {
-        holder = 0; /* for good: neither the clock, which comes around, nor a push brings it back */
-    } else if (busy) {
+        holder = 0; /* for good: the clock comes around */
+    } else if (guarded) {
         renewed_us = port_time_us();
     }
 }

@@ -11,9 +11,9 @@
 /* Before the first sample. */
 void session_init(void);
 
-/* [sample] Let go of a host that has fallen silent; never while the machine moves, so that a
- * second host cannot take over a motion. */
-void session_sample(bool busy);
+/* [sample] Let go of a host that has fallen silent; never while something guards what it began and
+ * will end it, so that a second host cannot take over a motion. */
+void session_sample(bool guarded);
 
 /* Whether a write of this key would be accepted: the board is free or this host holds it, and
  * nobody has stopped it. A heartbeat of the host that let go last comes late. */

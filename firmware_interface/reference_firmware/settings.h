@@ -18,7 +18,8 @@ struct axis_settings {
     float effort_nm; /* at most 32767 PWM counts */
     float following_error_rad;
     float gain_step;
-    float effort_jump_nm; /* that COMMIT_RUNNING evens out; 0 on any axis: the board has no such */
+    float effort_jump_nm; /* that other gains may bring; 0 on any axis: there is no COMMIT_RUNNING */
+    float inertia, viscous_friction; /* of the drive, to check feedback; inertia 0: not checked */
     struct fd_gain_bank gain_maximum;
     struct fd_gain_bank first_gains; /* in force until others are stored */
 };

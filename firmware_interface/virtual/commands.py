@@ -4,6 +4,8 @@ from collections import deque
 from typing import Final
 
 from firmware_interface.codec import crc32
+from firmware_interface.feedback import feedback_stable
+from firmware_interface.gains import Bank
 from firmware_interface.registers import (
     STORE_SIGNATURE,
     Fault,
@@ -11,6 +13,7 @@ from firmware_interface.registers import (
     Result,
     State,
 )
+from firmware_interface.virtual.drive import CONTROL_DELAY_S, SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.register_file import RegisterFile
 from firmware_interface.virtual.session import FREE
@@ -124,9 +127,10 @@ class Commands:
         machine = self._machine
         if machine.state is State.FAULT:
             return Result.DONE
-        if machine.state not in (State.IDLE, State.ARMED, State.DONE):
+        if machine.state not in (State.IDLE, State.ARMED, State.DONE, State.STOPPING):
             return Result.WRONG_STATE
         if machine.moving:
+            machine.bring_to_rest()
             return Result.NOT_AT_REST
         machine.switch_off()
         if machine.state is State.ARMED:
@@ -176,8 +180,9 @@ class Commands:
             machine.roll_back()
         if machine.state in (State.CHECKING, State.ARMED, State.DONE):
             machine.state = State.IDLE
-        elif machine.state in (State.MOVING, State.DRAINING):
+        elif machine.state is State.DRAINING:
             machine.stop()
+        machine.bring_to_rest()
         return Result.DONE
 
     def _finish(self) -> Result:
@@ -205,25 +210,41 @@ class Commands:
             return Result.UNKNOWN_COMMAND
         if machine.takes_gains is not Result.DONE:
             return machine.takes_gains
-        staged = machine.banks.staged(crc)
+        staged = self._staged(crc)
         if isinstance(staged, Result):
             return staged
         machine.handover.offer(staged)
         return Result.PENDING
 
+    def _staged(self, crc: int) -> Bank | Result:
+        """The bank that the host means, where its feedback is stable."""
+        staged = self._machine.banks.staged(crc)
+        if isinstance(staged, Result):
+            return staged
+        for axis, limits in self._settings.limits.items():
+            if limits.inertia > 0.0 and not feedback_stable(
+                staged[axis],
+                limits.inertia,
+                limits.viscous_friction,
+                period_s=SAMPLE_PERIOD_S,
+                control_delay_s=CONTROL_DELAY_S,
+            ):
+                return Result.UNSTABLE_FEEDBACK
+        return staged
+
     def _gain_command(self, opcode: int, argument: int) -> Result:
         machine = self._machine
+        if opcode == Opcode.ROLL_BACK and machine.state is State.STOPPING:
+            return Result.NOT_AT_REST
         if machine.state is not State.IDLE:
             return Result.WRONG_STATE
         if machine.moving:
+            if opcode == Opcode.ROLL_BACK:
+                machine.bring_to_rest()
             return Result.NOT_AT_REST
         if opcode == Opcode.COMMIT:
-            staged = machine.banks.staged(argument)
-            if isinstance(staged, Result):
-                return staged
-            machine.banks.commit(machine.now_s(), staged)
-            machine.exchange_gains()
-            return Result.DONE
+            staged = self._staged(argument)
+            return staged if isinstance(staged, Result) else machine.commit(staged)
         if opcode == Opcode.CONFIRM:
             return machine.banks.confirm()
         if opcode == Opcode.ROLL_BACK:

@@ -43,6 +43,8 @@ class AxisController:
         What the law remembers of the reference.
     carried_nm : float
         What is left of the bias that bridged an exchange of gains.
+    feedforward_nm : float
+        Of the last sample, within the effort limit.
     finite : bool
         Since the last reset every effort was a number before it was clipped; one that was not
         became 0.
@@ -59,7 +61,7 @@ class AxisController:
         self._last_rad = position_rad
         self._velocity_rad_s = 0.0
         self._integral_nm = 0.0
-        self.carried_nm = 0.0
+        self.carried_nm = self.feedforward_nm = 0.0
         self.finite = True
         self._hold_reference(position_rad)
 
@@ -131,12 +133,14 @@ class AxisController:
         self._observe(setpoint, position_rad)
         error = setpoint.position_rad + self.memory.backlash_rad - position_rad
         self._integral_nm = self._clip(self._integral_nm + gains.integral * error * period)
+        feedforward = feedforward_nm(gains, setpoint, other=other, memory=self.memory)
         effort_nm = (
             gains.proportional * error
             + gains.derivative * (setpoint.velocity_rad_s - self._velocity_rad_s)
             + self._integral_nm
-            + feedforward_nm(gains, setpoint, other=other, memory=self.memory)
+            + feedforward
         )
+        self.feedforward_nm = self._clip(feedforward)
         return float(deadband_nm(gains, effort_nm))
 
     def _clip(self, effort_nm: float) -> float:

@@ -12,6 +12,7 @@ from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
 from firmware_interface.plant.motions import SAMPLE_S
 from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.virtual.controller import AxisController, Setpoint
+from firmware_interface.virtual.oscillation import OscillationWatch
 from firmware_interface.virtual.transfer import Transfer, transfer
 
 SAMPLE_PERIOD_S: Final = SAMPLE_S
@@ -50,6 +51,8 @@ class Drive:
     ----------
     powered : bool
         The control law acts and the brake is released.
+    oscillates : bool
+        In the sample that was taken last, the feedback was seen to keep an axis swinging.
     """
 
     def __init__(
@@ -64,10 +67,12 @@ class Drive:
             AxisController(gains[axis], SAMPLE_PERIOD_S, limits[axis].effort_nm)
             for axis in FEED_DRIVE
         ]
+        self._limits_nm = [limits[axis].effort_nm for axis in FEED_DRIVE]
         self._positions: deque[list[int]] = deque(maxlen=_REST_SAMPLES)
         standing = [round(angle / RAD_PER_COUNT) for angle in plant.shown_rad]
         self._zero = [0 if homed >> n & 1 else count for n, count in enumerate(standing)]
-        self.powered = False
+        self.powered = self.oscillates = False
+        self._watch_anew()
 
     @property
     def at_rest(self) -> bool:
@@ -124,12 +129,28 @@ class Drive:
     def power_on(self) -> None:
         """Release the brake and take up control where the axes stand."""
         self.powered = True
-        for controller, position in zip(self._controllers, self.position_rad, strict=True):
-            controller.reset(position)
+        self._reset()
+        self._watch_anew()
 
     def power_off(self) -> None:
         """Apply the brake; no effort until the next power_on."""
         self.powered = False
+        self._reset()
+
+    def _reset(self) -> None:
+        for controller, position in zip(self._controllers, self.position_rad, strict=True):
+            controller.reset(position)
+
+    def _watch_anew(self) -> None:
+        self._watches = [
+            OscillationWatch(
+                limit_nm / EFFORT_PER_COUNT_NM,
+                _REST_COUNTS,
+                period_s=SAMPLE_PERIOD_S,
+                control_delay_s=CONTROL_DELAY_S,
+            )
+            for limit_nm in self._limits_nm
+        ]
 
     def sample(self, setpoints: Sequence[Setpoint]) -> DriveSample:
         """Latch the encoders, compute the efforts, let one period pass."""
@@ -143,8 +164,19 @@ class Drive:
             round(s.position_rad / RAD_PER_COUNT) - p
             for s, p in zip(setpoints, positions, strict=True)
         ]
+        self.oscillates = self.powered and self._watched(positions, errors, counts)
         in_record = [round(nm / EFFORT_PER_COUNT_NM) for nm in recorded]
         return DriveSample(positions, in_record, errors)
+
+    def _watched(self, positions: list[int], errors: list[int], efforts: list[int]) -> bool:
+        """Show a sample to all watches; whether one of them sees an oscillation."""
+        seen = [
+            watch.seen(position, error, effort - controller.feedforward_nm / EFFORT_PER_COUNT_NM)
+            for watch, position, error, effort, controller in zip(
+                self._watches, positions, errors, efforts, self._controllers, strict=True
+            )
+        ]
+        return any(seen)
 
     def _read_encoders(self) -> list[int]:
         angles = self.plant.shown_rad

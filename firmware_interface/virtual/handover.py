@@ -1,4 +1,4 @@
-"""Other gains in force while the law acts: offered by a command, decided in the next sample."""
+"""Other gains in force: at rest at once, or, while the law acts, in the sample after an offer."""
 
 import math
 from collections.abc import Sequence
@@ -13,6 +13,8 @@ from firmware_interface.virtual.setpoints import rest_from
 from firmware_interface.virtual.transfer import Transfer
 
 _MOST_SHOWN_NM: Final = 1e6
+_SHARE_OF_EFFORT: Final = 0.2
+"""Of the effort limit: what may jump where nothing is said of it."""
 
 
 class Handover:
@@ -64,7 +66,7 @@ class Handover:
         self.jumps_nm = [_shown(jump) for jump in transfer.jumps_nm]
         limits = self._limits
         if not all(
-            abs(jump) <= limit.effort_jump_nm
+            abs(jump) <= (limit.effort_jump_nm or _SHARE_OF_EFFORT * limit.effort_nm)
             for jump, limit in zip(transfer.jumps_nm, limits, strict=True)
         ):
             self.end(Result.EFFORT_JUMP)

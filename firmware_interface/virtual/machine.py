@@ -25,8 +25,11 @@ from firmware_interface.virtual.session import FREE, Session
 from firmware_interface.virtual.setpoints import SetpointGenerator
 from firmware_interface.virtual.settings import BoardSettings
 from firmware_interface.virtual.trajectory_check import TrajectoryCheck
+from firmware_interface.virtual.transfer import Transfer
 
 _MOTION: Final = frozenset({State.MOVING, State.DRAINING, State.STOPPING})
+_REST_SAMPLES_AFTER_RAMP: Final = round(2.0 / SAMPLE_PERIOD_S)
+"""In which a stop brings the axes to rest: soft feedback needs less for a heavy axis."""
 _TAKES_GAINS: Final = frozenset({State.IDLE, State.DRAINING, State.DONE})
 """States in which gains may be exchanged while the law acts."""
 
@@ -75,6 +78,7 @@ class Machine:
         self.drive = Drive(self.banks.active, settings.limits, plant, inputs.homed)
         self.check: TrajectoryCheck | None = None
         self.roll_back_due = False
+        self._restless = 0
         self._registers = registers
         self._limits: list[AxisLimits] = [settings.limits[axis] for axis in AXES]
         self._setpoints = SetpointGenerator(self.drive.position_rad)
@@ -111,8 +115,6 @@ class Machine:
     def sample(self) -> None:
         """Let one control period pass."""
         self.samples += 1
-        if self.busy:
-            self.session.keep()
         self._look_around()
         if not self.enabled:
             self._setpoints.hold(self.drive.position_rad)
@@ -128,17 +130,24 @@ class Machine:
             self.identification.stopped()
         if self.state is State.CHECKING and self.check:
             self.check.go_on()
+        self._end_stop()
         self._follow_up()
+        if self._sign_of_life_owed or self.state is State.CHECKING:
+            self.session.keep()
         if self.banks.expired(self.now_s()):
             self.roll_back_due = True
-        if self.roll_back_due and not self.moving:
-            self.roll_back()
+        if self.roll_back_due:
+            self.bring_to_rest()
+            if not self.moving or not self.enabled:
+                self.roll_back()
 
     def roll_back(self) -> Result:
         """Put the previous gains back; what was armed was checked with those that go."""
         self.roll_back_due = False
         result = self.banks.roll_back()
-        self.exchange_gains()
+        self.drive.set_gains(self.banks.active)
+        # friction holds a resting axis off its setpoint; stiffer gains would pull it there at once
+        self._setpoints.hold(self.drive.position_rad)
         if self.state in (State.CHECKING, State.ARMED):
             self.state = State.IDLE
         return result
@@ -159,17 +168,20 @@ class Machine:
         setpoints = self._setpoints.current
         transfer = self.handover.considered(self.drive, gains, setpoints, moving=moving)
         if transfer is not None:
-            self.drive.take_over(transfer)
-            self._setpoints.take_up(transfer.setpoints, moving=moving)
-            self.banks.commit(self.now_s(), gains)
+            self._take_over(gains, transfer, moving=moving)
 
-    def exchange_gains(self) -> None:
-        """Put the active bank in force where the axes stand.
+    def _take_over(self, gains: Bank, transfer: Transfer, *, moving: bool) -> None:
+        self.drive.take_over(transfer)
+        self._setpoints.take_up(transfer.setpoints, moving=moving)
+        self.banks.commit(self.now_s(), gains)
 
-        Friction holds a resting axis off its setpoint; stiffer gains would pull it there at once.
-        """
-        self.drive.set_gains(self.banks.active)
-        self._setpoints.hold(self.drive.position_rad)
+    def commit(self, gains: Bank) -> Result:
+        """Put gains in force where the axes stand, or leave all as it is and say why."""
+        setpoints = self._setpoints.current
+        transfer = self.handover.considered(self.drive, gains, setpoints, moving=False)
+        if transfer is not None:
+            self._take_over(gains, transfer, moving=False)
+        return self.handover.result
 
     def _capture_sample(self, measured: DriveSample) -> None:
         if self._until_capture > 0:
@@ -220,9 +232,25 @@ class Machine:
         self.state = State.MOVING
 
     def stop(self) -> None:
-        """Decelerate to rest."""
+        """Decelerate to rest; an axis that is not there soon after the ramp loses its effort."""
         self._setpoints.stop()
         self.state = State.STOPPING
+        self._restless = 0
+
+    def bring_to_rest(self) -> None:
+        """Stop where an axis moves, under effort, in a state that no motion ends."""
+        stops = self.state in (State.DRAINING, State.STOPPING)
+        if self.enabled and self.moving and not stops:
+            self.stop()
+
+    def _end_stop(self) -> None:
+        """Cut the effort where an axis still moves some time after the ramp of a stop."""
+        stops = self.state in (State.DRAINING, State.STOPPING)
+        restless = stops and not self._setpoints.moving and not self.drive.at_rest
+        self._restless = self._restless + 1 if restless and self.enabled else 0
+        if self._restless > _REST_SAMPLES_AFTER_RAMP:
+            self._latch(Fault.STOP_OVERDUE)
+            self.coast()
 
     # ---- protection
 
@@ -240,8 +268,8 @@ class Machine:
                 self.stop()
 
     @property
-    def _abandoned(self) -> bool:
-        """The host fell silent during a motion, which ends when its last page is fetched.
+    def _sign_of_life_owed(self) -> bool:
+        """A motion goes on, which ends when its last page is fetched, and a host watches over it.
 
         Nobody holds the board in a motion that another host stops: that one needs no guard.
         """
@@ -250,8 +278,13 @@ class Machine:
             and not self.fault
             and self.session.key != FREE
             and (self._setpoints.moving or self.state is State.DRAINING)
-            and self.session.silence_s > self._registers.value("watchdog.timeout")
         )
+
+    @property
+    def _abandoned(self) -> bool:
+        """The host that owes a sign of life has fallen silent."""
+        timeout_s = self._registers.value("watchdog.timeout")
+        return self._sign_of_life_owed and self.session.silence_s > timeout_s
 
     def _protect(self, measured: DriveSample) -> None:
         if not (self._setpoints.finite and self.drive.finite):
@@ -260,6 +293,8 @@ class Machine:
             fault = Fault.LIMIT_SWITCH
         else:
             fault = violated(self._limits, measured, self.drive)
+        if not fault and self.drive.oscillates:
+            fault = Fault.OSCILLATION
         if fault:
             self._latch(fault)
             self.coast()

@@ -12,6 +12,7 @@ from firmware_interface.virtual.settings import BoardSettings
 LONGEST_WINDOW_S: Final = 1800.0
 _LARGEST_EFFORT_COUNT: Final = 2**15 - 1
 _LARGEST_JUMP_NM: Final = 1e6
+_LARGEST_STATED: Final = 1e6
 _LARGEST_TRAVEL_COUNT: Final = 2**29
 """A quarter of the counter's round: leaving the travel shows long before it wraps."""
 
@@ -39,6 +40,8 @@ def _limits_sound(limits: AxisLimits) -> bool:
     return (
         all(math.isfinite(size) and size > 0.0 for size in sizes)
         and 0.0 <= limits.effort_jump_nm <= _LARGEST_JUMP_NM
+        and 0.0 <= limits.inertia <= _LARGEST_STATED
+        and 0.0 <= limits.viscous_friction <= _LARGEST_STATED
         and limits.effort_nm / EFFORT_PER_COUNT_NM <= _LARGEST_EFFORT_COUNT
         and limits.travel_rad / RAD_PER_COUNT <= _LARGEST_TRAVEL_COUNT
         and limits.gain_step <= 1.0

@@ -61,7 +61,7 @@ class Session:
         self._lease_s = self._heard_s = self._now_s()
 
     def keep(self) -> None:
-        """Hold on while an axis moves: the lease begins anew when it stands."""
+        """Hold on while something guards what the host began, and will end it."""
         if self.key != FREE:
             self._lease_s = self._now_s()
 

@@ -2,12 +2,19 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
-from firmware_interface.gains import FRICTION_ENTRIES, RIPPLES, TABLE_ENTRIES, AxisGains
+from firmware_interface.gains import (
+    CONSERVATIVE_GAINS,
+    FRICTION_ENTRIES,
+    RIPPLES,
+    TABLE_ENTRIES,
+    AxisGains,
+)
 from firmware_interface.map_versions import MAP_CRCS
+from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.registers import AXES, MAP_VERSION, Fault
 
 CONFIRM_WINDOW_S: Final = 120.0
@@ -16,19 +23,6 @@ CONFIRM_WINDOW_S: Final = 120.0
 EFFORT_SHARE_OF_JUMP: Final = 0.2
 """What bridges an exchange of gains comes on top of a motion's own effort. Hosts keep that within
 eight tenths of the limit, so both together are not clipped."""
-
-CONSERVATIVE_GAINS: Final = AxisGains(
-    proportional=30.0,
-    derivative=4.0,
-    integral=0.0,
-    velocity_filter_s=0.010,
-    inertia_feedforward=0.0,
-    viscous_feedforward=0.0,
-    coulomb_feedforward=0.0,
-    coulomb_smoothing_rad_s=0.1,
-    offset_feedforward=0.0,
-)
-"""Soft feedback without feed-forward: safe on any drive of this size, and slow to follow."""
 
 DEFAULT_LIMITS: Final = AxisLimits(
     travel_rad=10.0,
@@ -92,7 +86,7 @@ class BoardSettings:
     fault : Fault
         Latched at power-up unless NONE.
     limits, gains : mapping
-        By axis.
+        By axis; by default with inertia and friction of the drive behind the virtual board.
     confirm_window_s : float
         From a commit to the roll back that a confirmation prevents.
     homed : int
@@ -108,7 +102,12 @@ class BoardSettings:
     serial_number: int = 1
     fault: Fault = Fault.NONE
     limits: Mapping[str, AxisLimits] = field(
-        default_factory=lambda: dict.fromkeys(AXES, DEFAULT_LIMITS)
+        default_factory=lambda: {
+            axis: replace(
+                DEFAULT_LIMITS, inertia=body.inertia, viscous_friction=body.viscous_friction
+            )
+            for axis, body in FEED_DRIVE.items()
+        }
     )
     gains: Mapping[str, AxisGains] = field(
         default_factory=lambda: dict.fromkeys(AXES, CONSERVATIVE_GAINS)

@@ -61,6 +61,8 @@ def _fill_limits(registers: RegisterFile, axis: str, settings: BoardSettings) ->
     for name, value in values.items():
         registers.put(f"limits.{axis}.{name}", value)
     registers.put(f"bumpless.{axis}.jump_limit", limits.effort_jump_nm)
+    registers.put(f"stated.{axis}.inertia", limits.inertia)
+    registers.put(f"stated.{axis}.viscous_friction", limits.viscous_friction)
     version = settings.map_version
     registers.put_spans(
         bank_spans("gain_maximum", version, (axis,)),

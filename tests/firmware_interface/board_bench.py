@@ -4,13 +4,13 @@ from dataclasses import replace
 
 from firmware_interface.board import Board
 from firmware_interface.codec import encode
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import REGISTERS, Result
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from firmware_interface.virtual.settings import BoardSettings
 
 # values that a 32-bit float holds exactly, so that what is read back can be compared
 BETTER = AxisGains(

@@ -18,6 +18,7 @@ from conformance_boards import (
 
 from firmware_interface.board import Board
 from firmware_interface.codec import encode
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.motion import Multisine, Staircase, Trajectory
 from firmware_interface.registers import (
     MAP_CRC,
@@ -28,7 +29,6 @@ from firmware_interface.registers import (
     Result,
     State,
 )
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 ILLEGAL_VALUE = 3
 FASTEST = math.pi / 0.0025

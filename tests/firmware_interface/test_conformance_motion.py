@@ -17,6 +17,7 @@ from conformance_boards import (
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.codec import decode_page
 from firmware_interface.errors import LinkError
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.motion import Staircase, Trajectory, reference, stop_duration_s
 from firmware_interface.registers import (
     MAP_CRC,
@@ -30,7 +31,7 @@ from firmware_interface.registers import (
     State,
 )
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS
+from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 COUNT_RAD = 2.0 * np.pi / 8400
 PERIOD_S = 0.0025

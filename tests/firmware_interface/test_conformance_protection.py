@@ -20,6 +20,7 @@ from edge_ident.commissioning.motion.safety import make_ready
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import encode
 from firmware_interface.errors import BoardError
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.motion import Staircase, Trajectory
 from firmware_interface.registers import (
     MAP_CRC,
@@ -30,7 +31,6 @@ from firmware_interface.registers import (
     State,
     WatchdogAction,
 )
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 LONG = replace(long_motion(), lead_in_s=2.0)
 SOFT = replace(CONSERVATIVE_GAINS, proportional=6.0, derivative=0.0)

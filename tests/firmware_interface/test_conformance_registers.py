@@ -8,6 +8,7 @@ from firmware_interface.board import Board
 from firmware_interface.board_types import read_limits
 from firmware_interface.codec import decode, decode_array, encode
 from firmware_interface.errors import BoardError
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.register import Register
 from firmware_interface.registers import (
     AXES,
@@ -24,7 +25,7 @@ from firmware_interface.registers import (
     TrajectoryKind,
     WatchdogAction,
 )
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS
+from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 PAGES_END = PAGE_ADDRESS + PAGE_SLOTS * PAGE_SLOT_REGISTERS

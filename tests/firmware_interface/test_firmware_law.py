@@ -35,6 +35,7 @@ class Controller(ctypes.Structure):
         ("velocity", ctypes.c_float),
         ("integral", ctypes.c_float),
         ("carried", ctypes.c_float),
+        ("feedforward", ctypes.c_float),
         ("memory", Memory),
     )
 

@@ -139,6 +139,7 @@ class FirmwareController(ctypes.Structure):
         ("velocity", ctypes.c_float),
         ("integral", ctypes.c_float),
         ("carried", ctypes.c_float),
+        ("feedforward", ctypes.c_float),
         ("memory", FirmwareMemory),
     )
 

@@ -8,15 +8,12 @@ from board_bench import OLD, Bench, long_motion
 
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import Fault, Opcode, Result, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.settings import (
-    CONSERVATIVE_GAINS,
-    DEFAULT_LIMITS,
-    BoardSettings,
-)
+from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
 
 # ---- what is no number
 

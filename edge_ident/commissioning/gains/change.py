@@ -17,6 +17,7 @@ from edge_ident.commissioning.gains.files import GainFile
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.transfer import (
     check_factor,
+    check_feedback,
     check_gains,
     compare_gains,
     write_gains,
@@ -132,8 +133,13 @@ def check_change(
     active: Bank,
     wanted: Bank,
     large_steps: bool,
-) -> None:
+) -> tuple[str, ...]:
     """What is checked before gains are staged, and again before they are committed.
+
+    Returns
+    -------
+    tuple of str
+        Axes whose feedback could not be checked: the board states no inertia.
 
     Raises
     ------
@@ -142,6 +148,7 @@ def check_change(
     check_gains(wanted, active, board.limits())
     if not large_steps:
         check_factor(wanted, active)
+    return check_feedback(board, wanted)
 
 
 def commit_staged(
@@ -202,7 +209,12 @@ def roll_back_unconfirmed(board: Board) -> None:
         )
     committed = board.active_gains()
     try:
-        board.roll_back()
+        try:
+            board.roll_back()
+        except BoardError:
+            if board.status().unconfirmed:
+                raise
+            log.warning("the axes did not come to rest: the board took the gains back itself")
         left = board.active_gains()
     except (NoReplyError, BusyError, KeyboardInterrupt) as error:
         error.add_note("which gains are in force is not known: look with edge-ident gains show")

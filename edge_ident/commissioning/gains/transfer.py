@@ -10,6 +10,7 @@ import numpy as np
 from edge_ident.errors import BoardError, GainError
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.board_gains import RunningCommit
+from firmware_interface.feedback import feedback_stable
 from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains
 from firmware_interface.registers import Result
 
@@ -75,6 +76,39 @@ def check_factor(wanted: Mapping[str, AxisGains], active: Mapping[str, AxisGains
                     f"change by more than a factor of {LARGEST_FACTOR:g} needs --large-steps",
                     "use smaller steps, or add --large-steps if this change is intended",
                 )
+
+
+def check_feedback(board: Board, wanted: Mapping[str, AxisGains]) -> tuple[str, ...]:
+    """Refuse feedback that is unstable with the inertia and friction that the board states.
+
+    The board refuses it, too, when it is to come into force.
+
+    Returns
+    -------
+    tuple of str
+        Axes of which the board states no inertia: nothing was checked.
+
+    Raises
+    ------
+    GainError
+    """
+    identity, limits = board.identity, board.limits()
+    for axis, gains in wanted.items():
+        stated = limits[axis]
+        if stated.inertia > 0.0 and not feedback_stable(
+            gains,
+            stated.inertia,
+            stated.viscous_friction,
+            period_s=identity.sample_period_s,
+            control_delay_s=identity.control_delay_s,
+        ):
+            raise GainError(
+                f"axis {axis}: the loop would be unstable with the inertia {stated.inertia:.4g} "
+                f"kg*m^2 and the viscous friction {stated.viscous_friction:.4g} N*m*s/rad that the "
+                "board's settings state",
+                "use softer feedback; if the drive is another one, correct the board's settings",
+            )
+    return tuple(axis for axis in wanted if not limits[axis].inertia)
 
 
 def change_factor(now: float, then: float) -> float:

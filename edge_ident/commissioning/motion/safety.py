@@ -23,8 +23,8 @@ from firmware_interface.registers import Fault, State
 log = logging.getLogger(__name__)
 
 _MOVES: Final = (State.MOVING, State.DRAINING, State.STOPPING)
-_STOP_S: Final = 2.0
-"""Longest stop that follows a watchdog's end, with some to spare."""
+_STOP_S: Final = 4.0
+"""Longest stop that follows a watchdog's end, with some to spare: a ramp, and 2 s more."""
 _LEAVE_S: Final = 5.0
 """Longest time for which the machine is told to stop and switch off, until the board says so."""
 _POLL_S: Final = 0.01

@@ -9,6 +9,7 @@ from edge_ident.commissioning.link.port_notes import holders_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.connection import open_link
+from firmware_interface.registers import Result
 
 _END_S: Final = 20.0
 """Longest time that a process takes to stop the machine, over a line on which much is lost."""
@@ -91,7 +92,10 @@ def _stop_once(board: Board) -> EdgeIdentError | None:
 
 
 def _at_rest_for_good(board: Board) -> BoardStatus:
-    """Stop and switch off until the board says so, and nobody else can move the machine."""
+    """Stop and switch off until the board says so, and nobody else can move the machine.
+
+    A board of map 6 or later ends an axis that shakes by itself, within its time of a stop.
+    """
     deadline = time.monotonic() + _OTHER_HOST_S
     while True:
         late = time.monotonic() > deadline
@@ -112,10 +116,12 @@ def _at_rest_for_good(board: Board) -> BoardStatus:
 def _not_stopped(status: BoardStatus, failed: EdgeIdentError | None) -> BoardError:
     if not status.at_rest:
         return BoardError(f"the board is {status.state.name}: it did not stop", _LAST_RESORT)
+    if status.last_result is Result.NOT_AT_REST:
+        return BoardError("an axis does not come to rest, and the effort stays on", _LAST_RESORT)
     if status.enabled:
         why = failed.cause if failed else "another host has switched it on again"
-        return BoardError(f"the machine stands, but the effort stays on: {why}", _END_OTHER)
-    return BoardError("the machine stands, but another host keeps the board", _END_OTHER)
+        return BoardError(f"the effort stays on: {why}", _END_OTHER)
+    return BoardError("the effort is off, but another host keeps the board", _END_OTHER)
 
 
 def _end_others(url: str, say: Callable[[str], None]) -> bool:

@@ -65,6 +65,8 @@ const char *port_linux_open(const struct linux_options *options)
     store_path = options->store;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
         settings.axis[axis] = default_axis;
+        settings.axis[axis].inertia = (float)default_plants[axis].inertia;
+        settings.axis[axis].viscous_friction = (float)default_plants[axis].viscous_friction;
     }
     settings.serial_number = linux_drive_serial_number;
     settings.confirm_window_us = (uint32_t)(1e6 * options->confirm_window_s);

@@ -14,9 +14,9 @@ from edge_ident.signals.recording_files import save_recording
 from edge_ident.simulation.simulate import simulate
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.registers import State
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from firmware_interface.virtual.settings import BoardSettings
 from tests.edge_ident.shared_board import SharedBoard
 
 BETTER = replace(

@@ -3,8 +3,8 @@
 import pytest
 
 from firmware_interface.board import Board
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 
 def assert_old_gains(virtual: VirtualBoard) -> None:

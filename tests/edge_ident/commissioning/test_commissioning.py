@@ -14,10 +14,10 @@ from edge_ident.commissioning.run import Plan, commission
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.errors import BoardError, DataError, GainError
 from firmware_interface.board import Board
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from firmware_interface.virtual.settings import BoardSettings
 from tests.short_runs import Silent, brief_drive
 
 

@@ -10,8 +10,9 @@ import pytest
 from edge_ident.commissioning.gains.files import back_up, keep_backup, load_gains
 from edge_ident.errors import DataError
 from firmware_interface.board import Board
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from firmware_interface.virtual.settings import BoardSettings
 
 GAINS = {
     "x": replace(CONSERVATIVE_GAINS, ripple_cosine=(0.5, 0.0, -0.25, 0.0)),

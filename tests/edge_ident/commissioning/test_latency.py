@@ -23,9 +23,9 @@ from edge_ident.estimation.network import load_network
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
 from firmware_interface.board import Board
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.motion import Trajectory
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.short_runs import Listening, Silent, brief_drive
 
 STAGED = 35.0

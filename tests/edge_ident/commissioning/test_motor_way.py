@@ -14,9 +14,8 @@ from edge_ident.control.gain_design import GainDesign
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.signals.recording import AxisRecord, Recording
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 LEADING = replace(CONSERVATIVE_GAINS, backlash_offset_rad=0.01, backlash_distance_rad=0.002)
 TIME = 0.0025 * np.arange(8000)

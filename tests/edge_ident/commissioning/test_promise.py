@@ -43,13 +43,13 @@ from edge_ident.simulation.loop_response import Loads, tracking_errors
 from edge_ident.simulation.loop_response import Path as MotionPath
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.link import Link
 from firmware_interface.motion import reference
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, BoardSettings
+from firmware_interface.virtual.settings import BoardSettings
 from tests.short_runs import Silent, brief_drive
 
 COUNT_RAD = 2 * np.pi / 8400

@@ -20,12 +20,11 @@ from edge_ident.signals.recording_files import load_recording
 from firmware_interface import board_hold, board_session, capture_pages
 from firmware_interface.board import Board
 from firmware_interface.errors import BusyError
-from firmware_interface.gains import Bank
+from firmware_interface.gains import CONSERVATIVE_GAINS, Bank
 from firmware_interface.link import Link
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tests.short_runs import Listening, Silent, brief_drive
 
 ENDED = ("identification lead-in", "stage", "after commit", "before confirm")

@@ -13,10 +13,10 @@ from edge_ident.commissioning.study import identification_motions
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.result import ParameterSource
 from firmware_interface.board import Board
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.plant import Hidden
 from firmware_interface.plant.feed_drive import FEED_DRIVE
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 Lacking = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

@@ -13,9 +13,9 @@ from edge_ident.errors import BoardError
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import EdgeIdentError, NoReplyError, StoppedError
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.registers import REGISTERS, Opcode
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 COMMAND = REGISTERS["command.opcode"].address
 STAGED = 35.0

@@ -12,9 +12,8 @@ from edge_ident.simulation.flexible import reduced_model
 from edge_ident.simulation.loop import Counting
 from edge_ident.simulation.references import named_references, recorded_references
 from edge_ident.simulation.scenario import Scenario, simulate_drives
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400

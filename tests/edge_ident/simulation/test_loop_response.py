@@ -14,9 +14,8 @@ from edge_ident.simulation.loop import Sampling, simulate
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from edge_ident.simulation.machine import Machine
 from edge_ident.simulation.references import References
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Reference, reference
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 
 COUNT_RAD = 2 * np.pi / 8400
 HARDWARE = LoopHardware(0.0025, 0.0005, COUNT_RAD, 12.0)
