@@ -25,13 +25,6 @@ void drive_init(void)
     drive_power_off();
 }
 
-static void reset_controllers(void)
-{
-    for (unsigned axis = 0; axis < FD_AXES; axis++) {
-        controller_reset(&controllers[axis], history[newest][axis], rad_per_count);
-    }
-}
-
 void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
 {
     memcpy(gains, exchanged, sizeof gains);
@@ -42,7 +35,9 @@ void drive_set_gains(const struct fd_gain_bank exchanged[FD_AXES])
 
 void drive_power_on(void)
 {
-    reset_controllers();
+    for (unsigned axis = 0; axis < FD_AXES; axis++) {
+        controller_reset(&controllers[axis], history[newest][axis], rad_per_count);
+    }
     powered = true;
 }
 
@@ -50,7 +45,6 @@ void drive_power_off(void)
 {
     static const int16_t none[FD_AXES];
     powered = false;
-    reset_controllers();
     port_write_effort(none); /* at once: what this sample has commanded is not in force yet */
     port_release_brake(false);
 }

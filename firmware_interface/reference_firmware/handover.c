@@ -103,6 +103,11 @@ static enum fd_result exchanged(const struct fd_gain_bank gains[FD_AXES],
 enum fd_result handover_at_rest(const struct fd_gain_bank gains[FD_AXES])
 {
     struct drive_sample standing;
+    if (!drive_powered()) { /* nothing acts that could jump */
+        gain_banks_commit(gains);
+        drive_set_gains(gains);
+        return FD_RESULT_DONE;
+    }
     drive_latched(&standing);
     return exchanged(gains, &standing, false);
 }

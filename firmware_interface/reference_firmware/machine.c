@@ -223,14 +223,14 @@ static void check_stop(void)
     }
 }
 
-/* Unconfirmed gains go once the axes stand, or have no effort; and where they move, they are stopped
- * for it. */
+/* Unconfirmed gains go once the axes stand, or have no effort. They are stopped for it where no motion
+ * is to end by itself. */
 static void check_roll_back(void)
 {
     if (gain_banks_unconfirmed() && gain_banks_remaining_us() == 0) {
         machine.roll_back_due = true;
     }
-    if (machine.roll_back_due) {
+    if (machine.roll_back_due && machine.state != FD_STATE_MOVING) {
         machine_bring_to_rest();
     }
     if (machine.roll_back_due && (!machine_moving() || !drive_powered())) {

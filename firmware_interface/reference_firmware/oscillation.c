@@ -6,12 +6,15 @@
 #include "numbers.h"
 #include "port.h"
 
-#define LARGE_SHARE 0.3f /* of the effort limit: what the effort sweeps in a swing that counts */
+/* Of the effort limit: what the effort sweeps in a swing that counts, and its rms value where it
+ * alternates. */
+#define LARGE_SHARE 0.3f
 #define LONGEST_SWING_S 0.7f
 #define SHORTEST_TIME_S 0.25f /* an impact rings for less */
 #define FED_CYCLES 2u /* that overlap: three swings */
 #define DECAY 0.5f /* a swing of less than this share of the largest is one that dies away */
-#define EFFORTS 64u /* remembered: more than the longest control delay */
+#define LATEST 3u /* samples of control delay; a longer one counts as this */
+#define EFFORTS 8u /* remembered */
 /* Means over so many samples, of deviation and effort alike: encoder rounding, which the feedback
  * turns into effort one sample later, would look like work. */
 #define SMOOTHED 4u
@@ -26,7 +29,6 @@ struct swing {
 
 static struct watch {
     float effort[EFFORTS]; /* of the feedback, asked for in the samples before */
-    float in_force[SMOOTHED];
     int32_t deviation[SMOOTHED], position[SMOOTHED]; /* of the samples before */
     struct swing last; /* whole */
     struct swing now; /* from the last turning point to the farthest point since */
@@ -35,6 +37,7 @@ static struct watch {
     unsigned fed_cycles;
     uint32_t fed_samples;
     float largest_way;
+    float alternating; /* mean square of what smoothing takes from the effort */
 } watches[FD_AXES];
 static uint32_t samples; /* since the reset */
 
@@ -59,23 +62,24 @@ static void add(struct swing *sum, const struct swing *part)
     sum->reference_square += part->reference_square;
 }
 
-/* The feedback's effort in the period that ends with this sample: what was asked for at its
- * beginning comes into force a control delay later. */
-static float effort_in_force(const struct watch *watch)
+/* The feedback's effort in a period: what was asked for at its beginning comes into force a control
+ * delay later. `back` periods before the one that ends now. */
+static float effort_in_force(const struct watch *watch, uint32_t back)
 {
     const uint32_t delay_ns = port_settings()->control_delay_ns;
-    const uint32_t late = delay_ns / SAMPLE_PERIOD_NS;
+    const uint32_t whole = delay_ns / SAMPLE_PERIOD_NS;
+    const uint32_t late = back + (whole < LATEST ? whole : LATEST);
     const float share = (float)(delay_ns % SAMPLE_PERIOD_NS) / (float)SAMPLE_PERIOD_NS;
     const float before = watch->effort[(samples - late - 2u) % EFFORTS];
     const float after = watch->effort[(samples - late - 1u) % EFFORTS];
-    return share * before + (1.0f - share) * after;
+    return after + share * (before - after);
 }
 
-static float mean(const float values[SMOOTHED])
+static float mean_effort(const struct watch *watch)
 {
     float total = 0.0f;
-    for (unsigned n = 0; n < SMOOTHED; n++) {
-        total += values[n];
+    for (uint32_t back = 0; back < SMOOTHED; back++) {
+        total += effort_in_force(watch, back);
     }
     return total / (float)SMOOTHED;
 }
@@ -128,14 +132,21 @@ static bool swung(struct watch *watch, float limit_counts)
         && (float)watch->fed_samples * SAMPLE_PERIOD_S >= SHORTEST_TIME_S;
 }
 
+static bool alternates(const struct watch *watch, float limit_counts)
+{
+    const float large = LARGE_SHARE * limit_counts;
+    return watch->alternating > large * large;
+}
+
+/* A sample more; true at a turning point too many. */
 static bool seen(struct watch *watch, int32_t position, int32_t following_error,
                  float limit_counts)
 {
     const unsigned oldest = samples % SMOOTHED;
     const float step = share_of(counts_between(-following_error, watch->deviation[oldest]));
     const float reference_step = share_of(counts_between(position, watch->position[oldest])) - step;
-    watch->in_force[oldest] = effort_in_force(watch);
-    const float effort = mean(watch->in_force);
+    const float effort = mean_effort(watch), taken = effort_in_force(watch, 0) - effort;
+    watch->alternating += SAMPLE_PERIOD_S / SHORTEST_TIME_S * (taken * taken - watch->alternating);
     const struct swing part = {1u, step, step * step, effort * step, effort, effort, effort,
                                reference_step, reference_step * reference_step};
     watch->deviation[oldest] = -following_error;
@@ -164,7 +175,8 @@ bool oscillation_seen(const struct drive_sample *sample)
         const float limit_nm = port_settings()->axis[axis].effort_nm;
         const float limit_counts = limit_nm / port_settings()->effort_per_count_nm;
         swinging = seen(&watches[axis], sample->position[axis], sample->following_error[axis],
-                        limit_counts) || swinging;
+                        limit_counts)
+            || alternates(&watches[axis], limit_counts) || swinging;
         watches[axis].effort[samples % EFFORTS] = sample->feedback[axis];
     }
     samples++;

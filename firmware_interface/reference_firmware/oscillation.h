@@ -6,7 +6,8 @@
  * and Ryu, Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation
  * 18, 2002). A hand that pushes the axis, stick-slip, and whatever else the feedback damps put work
  * into it. Where the reference itself changes its speed more than the deviation does, it may ask for
- * such work.
+ * such work. What swings faster than the encoder can show is seen by the effort alone: it alternates
+ * from sample to sample.
  */
 #ifndef OSCILLATION_H
 #define OSCILLATION_H

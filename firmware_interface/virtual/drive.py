@@ -129,17 +129,13 @@ class Drive:
     def power_on(self) -> None:
         """Release the brake and take up control where the axes stand."""
         self.powered = True
-        self._reset()
+        for controller, position in zip(self._controllers, self.position_rad, strict=True):
+            controller.reset(position)
         self._watch_anew()
 
     def power_off(self) -> None:
         """Apply the brake; no effort until the next power_on."""
         self.powered = False
-        self._reset()
-
-    def _reset(self) -> None:
-        for controller, position in zip(self._controllers, self.position_rad, strict=True):
-            controller.reset(position)
 
     def _watch_anew(self) -> None:
         self._watches = [

@@ -137,7 +137,8 @@ class Machine:
         if self.banks.expired(self.now_s()):
             self.roll_back_due = True
         if self.roll_back_due:
-            self.bring_to_rest()
+            if self.state is not State.MOVING:  # a motion ends by itself
+                self.bring_to_rest()
             if not self.moving or not self.enabled:
                 self.roll_back()
 
@@ -177,6 +178,10 @@ class Machine:
 
     def commit(self, gains: Bank) -> Result:
         """Put gains in force where the axes stand, or leave all as it is and say why."""
+        if not self.enabled:  # nothing acts that could jump
+            self.banks.commit(self.now_s(), gains)
+            self.drive.set_gains(self.banks.active)
+            return Result.DONE
         setpoints = self._setpoints.current
         transfer = self.handover.considered(self.drive, gains, setpoints, moving=False)
         if transfer is not None:

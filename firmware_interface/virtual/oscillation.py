@@ -5,14 +5,17 @@ rest allows is none. Two swings are a cycle. The feedback feeds a cycle if, over
 the feed-forward does positive work on the deviation: a passivity observer (Hannaford and Ryu,
 Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18, 2002). A
 hand that pushes the axis, stick-slip, and whatever else the feedback damps put work into it. Where
-the reference itself changes its speed more than the deviation does, it may ask for such work.
+the reference itself changes its speed more than the deviation does, it may ask for such work. What
+swings faster than the encoder can show is seen by the effort alone: it alternates from sample to
+sample.
 """
 
 from collections import deque
 from typing import Final
 
 LARGE_SHARE: Final = 0.3
-"""Of the effort limit: what the effort sweeps in a swing that counts."""
+"""Of the effort limit: what the effort sweeps in a swing that counts, and its rms value where it
+alternates."""
 _SMOOTHED: Final = 4
 """Means over so many samples, of deviation and effort alike: encoder rounding, which the feedback
 turns into effort one sample later, would look like work."""
@@ -85,6 +88,7 @@ class OscillationWatch:
         self._last, self._now, self._back = _Swing(), _Swing(), _Swing()
         self._direction = 0
         self._fed_cycles, self._fed_samples, self._largest = 0, 0, 0.0
+        self._alternating, self._forgotten = 0.0, period_s / SHORTEST_TIME_S
 
     def seen(self, position: int, following_error: int, feedback: float) -> bool:
         """Take in a sample; whether the axis is kept swinging.
@@ -108,6 +112,8 @@ class OscillationWatch:
         step = (-following_error - oldest_deviation) / _SMOOTHED
         reference_step = (position - oldest_position) / _SMOOTHED - step
         effort = sum(self._in_force) / _SMOOTHED
+        taken = self._in_force[-1] - effort
+        self._alternating += self._forgotten * (taken * taken - self._alternating)
         back = self._back
         back.samples += 1
         back.way += step
@@ -126,9 +132,9 @@ class OscillationWatch:
         if self._direction * back.way > 0:
             self._now.add(back)
             self._back = _Swing()
-        elif beyond_rest and self._direction:
-            return self._swung()
-        return False
+        elif beyond_rest and self._direction and self._swung():
+            return True
+        return self._alternating > self._large * self._large
 
     def _swung(self) -> bool:
         """At a turning point, where a swing has ended; whether it is one too many."""

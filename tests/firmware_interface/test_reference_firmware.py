@@ -93,6 +93,15 @@ CHECKS = (
     "stops_and_the_next_command_come_first",
     "power_cut_at_any_step_leaves_the_old_gains_whole",
     "board_without_a_limit_does_not_know_the_command",
+    "a_loop_that_keeps_an_axis_swinging_is_ended",
+    "a_coupling_that_breaks_in_a_motion_is_seen",
+    "a_hand_that_pushes_is_no_oscillation",
+    "a_stop_ends_whatever_moves",
+    "the_window_ends_whatever_moves",
+    "the_watchdog_ends_whatever_moves",
+    "a_silent_host_loses_the_board_though_an_axis_moves",
+    "an_effort_that_would_jump_is_refused_at_rest",
+    "feedback_that_is_unstable_as_stated_is_refused",
     "board_without_a_network_says_nothing",
 )
 

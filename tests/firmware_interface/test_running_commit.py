@@ -142,7 +142,8 @@ def test_a_jump_beyond_the_limit_leaves_every_bit_as_it_was() -> None:
     assert bench.virtual._registers.spans(banks._active) == words
     assert not board.status().unconfirmed
     board.finish()
-    board.commit()  # what is staged is still there, and at rest it may be
+    board.disable()
+    board.commit()  # what is staged is still there, and without effort nothing jumps
     assert board.active_gains() == wrong
 
 

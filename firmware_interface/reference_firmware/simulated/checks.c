@@ -68,6 +68,7 @@ int main(int count, char **words)
     const int found = run_from(board_checks, board_check_count, name)
         || run_from(motion_checks, motion_check_count, name)
         || run_from(transfer_checks, transfer_check_count, name)
+        || run_from(stop_checks, stop_check_count, name)
         || run_from(identification_checks, identification_check_count, name);
     return found || name == NULL ? EXIT_SUCCESS : 2;
 }

@@ -10,9 +10,9 @@ struct check {
 };
 
 extern const struct check board_checks[], motion_checks[], transfer_checks[],
-    identification_checks[];
+    stop_checks[], identification_checks[];
 extern const unsigned board_check_count, motion_check_count, transfer_check_count,
-    identification_check_count;
+    stop_check_count, identification_check_count;
 
 /* Ends the program with the place of a condition that does not hold. */
 #define CHECK(condition) check_holds((condition), #condition, __FILE__, __LINE__)
