@@ -7,6 +7,7 @@
  * together at w = 1 that the rounding of float would move them by more than their distance. */
 #define TERMS 48u /* the longest control delay is 40 samples */
 
+/* What is above its terms is 0. */
 struct polynomial {
     unsigned terms;
     double at[TERMS];
@@ -14,7 +15,7 @@ struct polynomial {
 
 static const struct polynomial difference = {2u, {1.0, -1.0}}; /* 1 - w */
 
-static struct polynomial product(const struct polynomial *a, const struct polynomial *b)
+static void product(struct polynomial *a, const struct polynomial *b)
 {
     struct polynomial result = {a->terms + b->terms - 1u, {0.0}};
     for (unsigned i = 0; i < a->terms; i++) {
@@ -22,17 +23,7 @@ static struct polynomial product(const struct polynomial *a, const struct polyno
             result.at[i + k] += a->at[i] * b->at[k];
         }
     }
-    return result;
-}
-
-static struct polynomial sum(const struct polynomial *a, double factor, const struct polynomial *b)
-{
-    struct polynomial result = *a;
-    result.terms = a->terms > b->terms ? a->terms : b->terms;
-    for (unsigned k = 0; k < b->terms; k++) {
-        result.at[k] += factor * b->at[k];
-    }
-    return result;
+    *a = result;
 }
 
 /* Position of a rigid body after a unit effort for so long. */
@@ -69,32 +60,38 @@ static void plant(const struct axis_settings *axis, uint32_t control_delay_ns,
     *under = (struct polynomial){2u, {1.0, -decay}};
 }
 
-/* Effort over position, with the factors 1 - w that it and the plant do not share: a law without
- * integral part has none below, and one without proportional part either has one above, which takes
- * away the plant's. */
-static struct polynomial characteristic(const struct fd_gain_bank *gains,
-                                        const struct polynomial *over,
-                                        const struct polynomial *under)
+/* Add a part to the law: one factor 1 - w more below it, and in the loop without feedback. */
+static void add_part(struct polynomial *law, struct polynomial *open, double gain,
+                     const struct polynomial *filter)
+{
+    product(law, &difference);
+    for (unsigned k = 0; k < filter->terms; k++) {
+        law->at[k] += gain * filter->at[k];
+    }
+    product(open, &difference);
+}
+
+/* A law without integral part has no factor 1 - w below, and one without proportional part either
+ * has one above, which takes away the plant's. */
+static void characteristic(const struct fd_gain_bank *gains, const struct polynomial *over,
+                           struct polynomial *open)
 {
     const double period_s = SAMPLE_PERIOD_NS * 1e-9;
     const double taken = period_s / ((double)gains->velocity_filter + period_s);
     const struct polynomial filter = {2u, {1.0, taken - 1.0}};
-    const double proportional = (double)gains->proportional;
-    const double integral = (double)gains->integral * period_s;
-    const double derivative = (double)gains->derivative * taken / period_s;
-    struct polynomial law = {1u, {derivative}}, free = product(&filter, under);
-    if (proportional > 0.0 || integral > 0.0) {
-        law = product(&law, &difference);
-        law = sum(&law, proportional, &filter);
-        free = product(&free, &difference);
+    struct polynomial law = {1u, {(double)gains->derivative * taken / period_s}};
+    product(open, &filter);
+    if (gains->proportional > 0.0f || gains->integral > 0.0f) {
+        add_part(&law, open, (double)gains->proportional, &filter);
     }
-    if (integral > 0.0) {
-        law = product(&law, &difference);
-        law = sum(&law, integral, &filter);
-        free = product(&free, &difference);
+    if (gains->integral > 0.0f) {
+        add_part(&law, open, (double)gains->integral * period_s, &filter);
     }
-    law = product(&law, over);
-    return sum(&free, 1.0, &law);
+    product(&law, over);
+    for (unsigned k = 0; k < law.terms; k++) {
+        open->at[k] += law.at[k];
+    }
+    open->terms = open->terms > law.terms ? open->terms : law.terms;
 }
 
 /* Schur and Cohn: every root in w lies outside of the unit circle, every pole inside. */
@@ -118,12 +115,12 @@ static bool all_decay(struct polynomial *polynomial)
 bool feedback_stable(const struct fd_gain_bank *gains, const struct axis_settings *axis,
                      uint32_t control_delay_ns)
 {
-    struct polynomial over, under;
+    struct polynomial over, loop;
     const bool any = gains->proportional > 0.0f || gains->derivative > 0.0f || gains->integral > 0.0f;
     if (!any || !(axis->inertia > 0.0f)) {
         return true;
     }
-    plant(axis, control_delay_ns, &over, &under);
-    struct polynomial loop = characteristic(gains, &over, &under);
+    plant(axis, control_delay_ns, &over, &loop);
+    characteristic(gains, &over, &loop);
     return all_decay(&loop);
 }

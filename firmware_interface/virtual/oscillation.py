@@ -22,6 +22,8 @@ turns into effort one sample later, would look like work."""
 LONGEST_SWING_S: Final = 0.7
 SHORTEST_TIME_S: Final = 0.25
 """An impact rings for less."""
+_LATEST: Final = 3
+"""Samples of control delay; a longer one counts as this."""
 _FED_CYCLES: Final = 2
 """That overlap: three swings."""
 _DECAY: Final = 0.5
@@ -81,6 +83,7 @@ class OscillationWatch:
         self._rest = rest
         self._longest, self._shortest = LONGEST_SWING_S / period_s, SHORTEST_TIME_S / period_s
         late, rest_s = divmod(control_delay_s, period_s)
+        late = min(late, _LATEST)
         self._before_share = rest_s / period_s
         self._efforts: deque[float] = deque([0.0] * (int(late) + 2), maxlen=int(late) + 2)
         self._in_force = deque([0.0] * _SMOOTHED, maxlen=_SMOOTHED)
