@@ -134,13 +134,18 @@ class Machine:
         self._follow_up()
         if self._sign_of_life_owed or self.state is State.CHECKING:
             self.session.keep()
+        self._take_back()
+
+    def _take_back(self) -> None:
+        """Roll back what nobody has confirmed, once the axes stand or have no effort."""
         if self.banks.expired(self.now_s()):
             self.roll_back_due = True
-        if self.roll_back_due:
-            if self.state is not State.MOVING:  # a motion ends by itself
-                self.bring_to_rest()
-            if not self.moving or not self.enabled:
-                self.roll_back()
+        if not self.roll_back_due:
+            return
+        if self.state is not State.MOVING:  # a motion ends by itself
+            self.bring_to_rest()
+        if not self.moving or not self.enabled:
+            self.roll_back()
 
     def roll_back(self) -> Result:
         """Put the previous gains back; what was armed was checked with those that go."""

@@ -195,7 +195,7 @@ def of_firmware(library: Any, state: State, *, moving: bool) -> FirmwareTransfer
         memory = FirmwareMemory(of._reference_rad, *of.memory)
         last = round(of._last_rad / RAD_PER_COUNT)
         held[n] = FirmwareController(
-            last, of._velocity_rad_s, of._integral_nm, of.carried_nm, memory
+            last, of._velocity_rad_s, of._integral_nm, of.carried_nm, of.feedforward_nm, memory
         )
     parts = (
         held,
