@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.plant.drives import COUNT_RAD
 from firmware_interface.plant.hiding import Hidden
 from firmware_interface.registers import AXES
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tools.used_machine_table import gained, missed, over_ideal, table
 from tools.used_machines import Case, _judged, main, one_run
 

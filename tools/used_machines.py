@@ -37,7 +37,7 @@ from edge_ident.drive.description import load_drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, Model, base_axis
 from firmware_interface import board_session
-from firmware_interface.gains import Bank
+from firmware_interface.gains import CONSERVATIVE_GAINS, Bank
 from firmware_interface.plant.drives import Array
 from firmware_interface.plant.hiding import Hidden
 from firmware_interface.plant.plant import DELAY
@@ -45,7 +45,6 @@ from firmware_interface.registers import AXES, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.gain_banks import GainBanks
-from firmware_interface.virtual.settings import CONSERVATIVE_GAINS
 from tools.judged_machines import JudgedMachine, third_motion, watched, worse_by
 from tools.used_machine_table import key_of, table
 
