@@ -157,7 +157,9 @@ class Trial:
 
     def leave_alone(self) -> None:
         """Every motion and every stop ends, and gains that nobody confirmed are gone."""
-        self.samples(600, 12.0)
+        # most stand, and then there is little to see
+        moves = self.machine.busy or any(self.machine.drive.plant.output_rad_s)
+        self.samples(1200 if moves or self.time.shaking else 200, 12.0)
         if not self.time.shaking:
             machine = self.machine
             over = (State.IDLE, State.ARMED, State.DONE, State.FAULT)
