@@ -39,6 +39,8 @@ WINDOW_S: Final = 2.0
 OTHER: Final = {axis: replace(old, proportional=60.0, derivative=6.0) for axis, old in OLD.items()}
 _SINE: Final = Multisine((SineComponent(0.3, 4.0, 0.0),))
 _TABLE: Final = Trajectory({"x": _SINE, "z": _SINE}, duration_s=0.15, lead_in_s=0.1)
+_LONGEST_STOP_SAMPLES: Final = 1010
+"""0.5 s, and 2 s until the axes stand: docs/safety.md."""
 _SHAKE_SAMPLES, _SHAKE_RAD_S, _PUSH_RAD_S = 8, 0.4, 1.5
 
 
@@ -58,6 +60,7 @@ class Time:
         self._now_s = 0.0
         self.step_s = SAMPLE_PERIOD_S
         self.shaking = False
+        self.stopping = 0
 
     def now_s(self) -> float:
         return self._now_s
@@ -73,6 +76,9 @@ class Time:
         effort = any(plant._commands[-1])
         require(powered or not (effort or machine.enabled), "effort by itself")
         require(not (stopped and (effort or machine.enabled)), "effort under STO")
+        stops = machine.state is State.STOPPING and machine.enabled
+        self.stopping = self.stopping + 1 if stops else 0
+        require(self.stopping <= _LONGEST_STOP_SAMPLES, "a stop lasts longer than it may")
 
     def idle(self, machine: Machine) -> None:
         pass
@@ -91,7 +97,7 @@ class Trial:
         self.bank_crc = self.virtual._registers.integer("shadow.crc")
         host.release()
         self.settled, self.token = OLD, 0
-        self.unconfirmed = self.stopped = False
+        self.unconfirmed = self.stopped = self.broken = False
         self.heartbeat()
 
     @property
@@ -160,12 +166,12 @@ class Trial:
         # most stand, and then there is little to see
         moves = self.machine.busy or any(self.machine.drive.plant.output_rad_s)
         self.samples(1200 if moves or self.time.shaking else 200, 12.0)
-        if not self.time.shaking:
-            machine = self.machine
-            over = (State.IDLE, State.ARMED, State.DONE, State.FAULT)
-            require(machine.state in over, "a motion or a stop without an end")
-            require(machine.banks.active == self.settled, "no roll-back came")
-            require(machine.session.key == 0, "a host that is gone holds the board")
+        machine, over = self.machine, (State.IDLE, State.ARMED, State.DONE, State.FAULT)
+        require(machine.state in over, "a motion or a stop without an end")
+        require(machine.banks.active == self.settled, "no roll-back came")
+        require(machine.session.key == 0, "a host that is gone holds the board")
+        still = self.time.shaking or not machine.enabled or machine.drive.at_rest
+        require(still, "effort that keeps an axis moving")
 
     def move(self) -> None:
         """Three at once, or most sequences would be too short to get into a motion."""
@@ -176,6 +182,10 @@ class Trial:
 
     def push(self) -> None:
         self.machine.drive.plant._axes[0].velocity = (_PUSH_RAD_S,) * 3
+
+    def break_coupling(self) -> None:
+        self.machine.drive.plant.break_coupling(0)
+        self.broken = True
 
     def shake(self) -> None:
         self.time.shaking = not self.time.shaking
@@ -188,7 +198,8 @@ class Trial:
         session, banks = machine.session, machine.banks
         return (
             (machine.state, machine.fault, machine.enabled, machine.roll_back_due),
-            (machine.inputs.sto_active, machine.inputs.sto_latched, self.time.shaking),
+            (machine.inputs.sto_active, machine.inputs.sto_latched),
+            (self.time.shaking, self.broken),
             (banks.unconfirmed, banks.active == OLD, banks.stored == OLD, self.settled == OLD),
             (machine.drive.at_rest, machine.moving, machine.capture.drained, self.stopped),
             (session.key, int(session.remaining_s), min(int(session.silence_s * 4.0), 4)),
@@ -232,6 +243,7 @@ OPERATIONS: Final[dict[str, Callable[[Trial], None]]] = {
     "shaking begins or ends": Trial.shake,
     "power cut": lambda trial: trial.virtual.power_cycle(),
     "ENABLE, ARM, 25 ms, START": Trial.move,
+    "coupling broken": Trial.break_coupling,
 }
 
 

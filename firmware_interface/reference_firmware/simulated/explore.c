@@ -114,6 +114,14 @@ static void few_samples(void) { samples(10u); }
 static void silence(void) { samples(500u); }
 static void push(void) { simulation.plants[0].velocity_rad_s = 1.5; }
 static void shake(void) { shaking = !shaking; }
+static void break_coupling(void)
+{
+    static const struct plant rest = {0.016, 0.032, 0.048, 0.0, 0.0, 0.0};
+    simulation.plants[0].inertia = rest.inertia;
+    simulation.plants[0].viscous_friction = rest.viscous_friction;
+    simulation.plants[0].coulomb_friction = rest.coulomb_friction;
+}
+
 static void cut_power(void) { simulation_power_cycle(); }
 
 /* After a stop or a fault the old gains are back as soon as the axes stand. */
@@ -129,14 +137,12 @@ static void half_a_second(void)
 static void leave_alone(void)
 {
     samples(QUIET_SAMPLES);
-    if (shaking) {
-        return;
-    }
     require(machine.state == FD_STATE_IDLE || machine.state == FD_STATE_ARMED
                 || machine.state == FD_STATE_DONE || machine.state == FD_STATE_FAULT,
             "a motion or a stop without an end");
     require(!gain_banks_unconfirmed() && in_force(settled), "no roll-back came");
     require(session_key() == 0, "a host that is gone holds the board");
+    require(shaking || !drive_powered() || drive_at_rest(), "effort that keeps an axis moving");
 }
 
 /* Three at once, or most sequences would be too short to get into a motion. */
@@ -160,7 +166,7 @@ static const struct operation {
     {"stop released", release}, {"25 ms", few_samples}, {"0.5 s", half_a_second},
     {"silence of 1.25 s", silence}, {"silence of 8 s", leave_alone}, {"axis pushed", push},
     {"shaking begins or ends", shake}, {"power cut", cut_power},
-    {"ENABLE, ARM, 25 ms, START", move},
+    {"ENABLE, ARM, 25 ms, START", move}, {"coupling broken", break_coupling},
 };
 #define OPERATIONS (sizeof operations / sizeof operations[0])
 
@@ -171,7 +177,7 @@ struct situation {
     enum fd_fault fault;
     bool roll_back_due;
     uint32_t until_capture; /* in steps of 20 samples */
-    bool shaking, stopped, powered, brake_released, sto_pressed, sto_latched;
+    bool shaking, broken, stopped, powered, brake_released, sto_pressed, sto_latched;
     bool unconfirmed, staged, held, at_rest, setpoints_move, drained;
     uint32_t lease_s, silence, window; /* the last two in quarters of their length */
     uint32_t plant_moves, active_crc, stored_crc;
@@ -187,6 +193,7 @@ static struct situation situation(void)
     now.roll_back_due = machine.roll_back_due;
     now.until_capture = machine.until_capture / 20u;
     now.shaking = shaking;
+    now.broken = simulation.plants[0].inertia < 0.1;
     now.stopped = stopped;
     now.powered = drive_powered();
     now.brake_released = simulation.brake_released;

@@ -19,6 +19,10 @@
 
 /* A stop of a whole number of samples is at most half a sample longer than was reckoned with. */
 #define STOP_MARGIN_RAD 0.003f
+/* By docs/safety.md a stop takes 0.5 s at most and 2 s until the axes stand, whatever moves them;
+ * gains are taken back in one that follows on the end of a motion. */
+#define LONGEST_STOP_SAMPLES 1010u
+#define LONGEST_WAY_BACK_SAMPLES (2u * LONGEST_STOP_SAMPLES)
 
 struct seen invariants_seen;
 
@@ -42,6 +46,11 @@ static struct {
     unsigned long power_ups;
     struct fd_gain_bank in_force[FD_AXES], earlier[FD_AXES];
 } bank;
+
+static struct {
+    enum fd_state state;
+    uint32_t stop, way_back; /* for so many samples */
+} lasting;
 
 static bool unconfirmed; /* as the last sample or call of the main loop left it */
 
@@ -124,6 +133,22 @@ static void check_effort(void)
     invariants_seen.samples_in_fault += machine.state == FD_STATE_FAULT;
 }
 
+/* A stop, and the way back to the gains of before, ends whatever moves. */
+static void check_ends(void)
+{
+    const uint32_t passed = machine.samples - before.samples;
+    const bool rests = machine.state == FD_STATE_DRAINING && drive_at_rest();
+    const bool stops = machine.state == FD_STATE_STOPPING
+        || (machine.state == FD_STATE_DRAINING && !rests && !setpoints_moving());
+    const bool same = lasting.state == machine.state; /* a stop of DRAINING is another stop */
+    lasting.stop = stops && same && drive_powered() ? lasting.stop + passed : 0;
+    lasting.state = machine.state;
+    lasting.way_back =
+        machine.roll_back_due && machine.state != FD_STATE_MOVING ? lasting.way_back + passed : 0;
+    hold(lasting.stop <= LONGEST_STOP_SAMPLES, "a stop lasts longer than it may");
+    hold(lasting.way_back <= LONGEST_WAY_BACK_SAMPLES, "the gains of before do not come back");
+}
+
 /* The wired stop was pressed when the last sample came. */
 static void check_stop(void)
 {
@@ -172,6 +197,7 @@ static void look_before(void)
     check_bank();
     if (before.samples != machine.samples) {
         check_stop();
+        check_ends();
     }
     before.samples = machine.samples;
     before.state = machine.state;
@@ -255,6 +281,7 @@ void invariants_watch(void)
     memset(&before, 0, sizeof before);
     memset(&left, 0, sizeof left);
     memset(&bank, 0, sizeof bank);
+    memset(&lasting, 0, sizeof lasting);
     unconfirmed = false;
     simulation.on_effort = check_effort;
     simulation.before_poll = look_before;

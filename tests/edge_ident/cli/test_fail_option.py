@@ -77,6 +77,19 @@ def test_a_jammed_axis_stands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     assert abs(z) > 0.1
 
 
+def test_gains_for_the_whole_axis_swing_behind_a_broken_coupling_and_the_board_ends_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    shared = Failing(monkeypatch, "coupling=x@motion+1s")
+    board = shared.board
+    board.stage_gains(dict.fromkeys("xz", AxisGains(120.0, 13.0, *[0.0] * 5, 0.5, 0.0)))
+    board.commit()
+    board.confirm()
+    board.release()
+    assert shared.outcome(tmp_path)[::2] == (BOARD, State.FAULT)
+    assert shared.board.status().fault is Fault.OSCILLATION
+
+
 def test_behind_a_broken_coupling_a_twenty_fifth_of_the_inertia_is_left(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
