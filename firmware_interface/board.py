@@ -6,7 +6,7 @@ one, is in `firmware_interface.board_session`.
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
@@ -33,7 +33,8 @@ from firmware_interface.codec import (
     encode_trajectory,
     trajectory_words,
 )
-from firmware_interface.errors import BoardError, EdgeIdentError, OvertakenError
+from firmware_interface.errors import BoardError, EdgeIdentError, OvertakenError, SilentError
+from firmware_interface.heartbeat import Heartbeat
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.motion import Trajectory, stop_duration_s
@@ -68,6 +69,7 @@ class Board(GainVerbs):
         self._motion_samples = 0
         self._trajectory_crc = 0
         self._motion_token: int | None = None
+        self._heartbeat: Heartbeat | None = None
         self.coming_to_rest = False
 
     @classmethod
@@ -139,6 +141,31 @@ class Board(GainVerbs):
         """Renew the hold and feed the watchdog."""
         self._session.beat()
 
+    @contextmanager
+    def beating(self) -> Iterator[None]:
+        """Give signs of life from a thread of their own, however long the body computes.
+
+        Only while this host holds the board; none where time waits for the host. Where the board
+        hears none all the same, the error says what this host has measured.
+        """
+        if self._session.line is None or self._heartbeat is not None:
+            yield
+            return
+        self._session.beat_every(self._patience_s())
+        beats = Heartbeat(
+            self._session.line, self._session.give_sign, lambda: self._session.beat_every_s
+        )
+        self._heartbeat = beats
+        beats.start()
+        try:
+            yield
+        except SilentError as error:
+            error.measured(*beats.silence)
+            raise
+        finally:
+            self._heartbeat = None
+            beats.end()
+
     # ---- effort
 
     def enable(self) -> None:
@@ -181,6 +208,8 @@ class Board(GainVerbs):
         """Start the armed motion."""
         self._session.pages_in_hand = 0
         self._session.beat_every(self._patience_s())
+        if self._heartbeat is not None:
+            self._heartbeat.measure_anew()
         started = self._session.command(Opcode.START, MAP_CRCS[self.identity.map_version])
         self._motion_token = started.last_token
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode
-from firmware_interface.errors import BoardError, LinkError, StoppedError
+from firmware_interface.errors import BoardError, LinkError, SilentError, StoppedError
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.registers import (
@@ -94,7 +94,11 @@ def fault_error(status: BoardStatus) -> BoardError:
     if status.emergency_stop and fault is not Fault.STO:
         cause += f"; {FAULT_TEXTS[Fault.STO][0]}, too"
         next_step = f"{RESULT_TEXTS[Result.STO_ACTIVE][1]}; {next_step}"
-    return BoardError(cause, next_step)
+    return _kind(fault)(cause, next_step)
+
+
+def _kind(fault: Fault) -> type[BoardError]:
+    return SilentError if fault is Fault.WATCHDOG else BoardError
 
 
 def check_capture(status: BoardStatus) -> None:
@@ -105,7 +109,7 @@ def check_capture(status: BoardStatus) -> None:
         early = f"the motion was stopped before its end; the board is {status.state.name}"
         meaning, next_step = FAULT_TEXTS[status.fault]
         if status.fault:
-            raise BoardError(f"{early} because {meaning}", next_step)
+            raise _kind(status.fault)(f"{early} because {meaning}", next_step)
         raise StoppedError(f"{early}: {STOPPED}")
     if status.overflows:
         raise LinkError(
@@ -169,7 +173,7 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
     """Why the board refused a command."""
     if status.last_result is Result.WRONG_STATE and status.state is State.FAULT:
         fault = fault_error(status)
-        return BoardError(f"{opcode.name} refused: {fault.cause}", fault.next_step)
+        return type(fault)(f"{opcode.name} refused: {fault.cause}", fault.next_step)
     if status.last_result is Result.NOT_HELD and not status.session_remaining_s:
         return BoardError(
             f"{opcode.name} refused: this host does not control the board, or no longer does",

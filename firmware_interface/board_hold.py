@@ -3,6 +3,9 @@
 The hold lasts a few seconds from each write of the key, which is also all that feeds the board's
 watchdog. Reading needs no hold. Another host that stops the machine ends it, and the board takes
 that key no more: a host that was stopped goes on only after `release`, as a new one.
+
+Signs of life may come from a thread of their own (`give_sign`). Whatever changes who holds the
+board is done under the lock of the line, so that none goes out under a key that was let go.
 """
 
 import math
@@ -16,8 +19,10 @@ from firmware_interface.board_line import BoardLine
 from firmware_interface.codec import decode_integer, encode
 from firmware_interface.errors import (
     BusyError,
+    EdgeIdentError,
     LinkError,
     NoReplyError,
+    RestartedError,
     StoppedError,
     ValueRefusedError,
 )
@@ -49,6 +54,8 @@ class Hold(BoardLine):
     ----------
     pages_in_hand : int
         Capture pages that the board may overwrite; goes out with every heartbeat.
+    beat_every_s : float
+        Pace of heartbeats.
     """
 
     def __init__(self, link: Link, sample_period_s: float) -> None:
@@ -61,9 +68,22 @@ class Hold(BoardLine):
         self._key = _drawn_key()
         self._former_keys: set[int] = set()
         self._held_at_s = -math.inf
-        self._beat_every_s = _SHORTEST_TIMEOUT_S / BEATS_PER_TIMEOUT
+        self.beat_every_s = _SHORTEST_TIMEOUT_S / BEATS_PER_TIMEOUT
         self._beat_clock = self._clock
         self.pages_in_hand = 0
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Words of consecutive registers.
+
+        While this host may hold the board, a silent line is asked again: the board's watchdog
+        decides about a motion, and says so once the line is back.
+        """
+        while True:
+            try:
+                return super().read(address, count)
+            except NoReplyError:
+                if self.line is None or not self.holds:
+                    raise
 
     def claim(self) -> None:
         """Hold the board; waits for the hold of a host that is gone to run out.
@@ -142,7 +162,8 @@ class Hold(BoardLine):
 
         A host that was stopped may hold it again from here on.
         """
-        held, self._held, self._claimed = self._held, False, False
+        with self._lock:
+            held, self._held, self._claimed = self._held, False, False
         key = self._key
         if self._stopped:
             self._change_key()
@@ -153,7 +174,7 @@ class Hold(BoardLine):
 
     def beat_every(self, watchdog_timeout_s: float) -> None:
         """Set the pace of heartbeats."""
-        self._beat_every_s = watchdog_timeout_s / BEATS_PER_TIMEOUT
+        self.beat_every_s = watchdog_timeout_s / BEATS_PER_TIMEOUT
 
     def beat(self) -> None:
         """Renew the hold, feed the watchdog and acknowledge the pages in hand, in one write.
@@ -168,12 +189,10 @@ class Hold(BoardLine):
         BusyError
             What stands between host and board refuses.
         """
-        words = encode("session.key", self._key)
-        words += encode("capture.pages_acknowledged", self.pages_in_hand)
         for _ in range(_TRIES):
             with suppress(NoReplyError):
                 try:
-                    self.write(REGISTERS["session.key"].address, words)
+                    self._say()
                 except BusyError:
                     self._held = False
                     if self._claimed and self._holder() != self._key:
@@ -184,12 +203,34 @@ class Hold(BoardLine):
                     if self._stopped:
                         raise self._ended() from None
                     raise
-                self._note_hold()
                 return
+
+    def give_sign(self) -> None:
+        """Beat once if it is time; for the heartbeat's thread.
+
+        What is wrong, this host finds out by what it asks: none goes out where it holds no more.
+        """
+        with self._lock, suppress(EdgeIdentError):
+            if not self.holds or self._silent_s() < self.beat_every_s:
+                return
+            try:
+                self._say()
+            except BusyError:
+                self._held = False
+            except RestartedError as error:
+                self._unsaid = error
+
+    def _say(self) -> None:
+        """Write key and pages in hand, once."""
+        with self._lock:
+            words = encode("session.key", self._key)
+            words += encode("capture.pages_acknowledged", self.pages_in_hand)
+            self.write(REGISTERS["session.key"].address, words)
+            self._note_hold()
 
     def keep(self) -> None:
         """Beat if it is time; nothing where this host holds none."""
-        if self._held and self._silent_s() >= self._beat_every_s:
+        if self._held and self._silent_s() >= self.beat_every_s:
             self.beat()
 
     def _take(self) -> bool:
@@ -217,8 +258,9 @@ class Hold(BoardLine):
         """Let go, and go on under another key: a command of the old one that is still on its way
         finds no holder. Says whether the board has let go."""
         old = self._key
-        self._change_key()
-        self._held = self._claimed = False
+        with self._lock:
+            self._change_key()
+            self._held = self._claimed = False
         release, holder = REGISTERS["session.release"], REGISTERS["session.key"]
         try:
             with suppress(BusyError, NoReplyError):

@@ -1,8 +1,12 @@
-"""Words to and from a board: read back what is written, and notice what comes late or restarts."""
+"""Words to and from a board: read back what is written, and notice what comes late or restarts.
 
-from collections.abc import Sequence
+The heartbeat's thread shares the line: each transfer is whole before the next begins.
+"""
+
+import threading
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Final
+from typing import Final, TypeVar
 
 from firmware_interface.board_checks import went_back
 from firmware_interface.board_types import BoardStatus, read_nonce, read_status
@@ -12,6 +16,7 @@ from firmware_interface.registers import PAGE_SAMPLES
 from firmware_interface.spans import addresses, read_spans
 
 _TRIES: Final = 3
+_T = TypeVar("_T")
 
 
 class BoardLine:
@@ -30,25 +35,30 @@ class BoardLine:
     def __init__(self, link: Link) -> None:
         self._link = link
         self.line = link if isinstance(link, Line) else None
+        self._lock = threading.RLock()
+        self._unsaid: RestartedError | None = None  # what the heartbeat's thread met
         self._nonce = read_nonce(self.read)
         self._first_status = read_status(self.read)
         self._clock = self._first_status.clock_samples
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers."""
-        try:
-            return self._link.read(address, count)
-        except RestartedError as error:
-            self._restarted(error.nonce)
-            raise
+        return self._transfer(lambda: self._link.read(address, count))
 
     def write(self, address: int, words: list[int]) -> None:
         """Write consecutive registers in one transfer, once."""
-        try:
-            self._link.write(address, words)
-        except RestartedError as error:
-            self._restarted(error.nonce)
-            raise
+        self._transfer(lambda: self._link.write(address, words))
+
+    def _transfer(self, work: Callable[[], _T]) -> _T:
+        with self._lock:
+            if self._unsaid is not None:
+                unsaid, self._unsaid = self._unsaid, None
+                raise unsaid
+            try:
+                return work()
+            except RestartedError as error:
+                self._restarted(error.nonce)
+                raise
 
     def write_verified(self, writes: Sequence[tuple[int, list[int]]]) -> None:
         """Write registers, (address, words) each, then read all of them back and compare.

@@ -9,6 +9,7 @@ EdgeIdentError
     ├── BusyError           another host controls the board, or an axis moves
     ├── OvertakenError      a command of another host came right after this host's
     ├── StoppedError        another host stopped this one, or used the board meanwhile
+    ├── SilentError         the board heard nothing of this host during a motion
     └── RestartedError      it was off since it was asked before
 """
 
@@ -91,6 +92,35 @@ class StoppedError(BoardError):
 
     def __init__(self, cause: str) -> None:
         super().__init__(cause, "find out who, and why, before you start again")
+
+
+class SilentError(BoardError):
+    """The board's watchdog ended a motion, because its host fell silent."""
+
+    def measured(self, held_up_s: float, longest_reply_s: float) -> None:
+        """Say what this host measured meanwhile, and what to do about the worse of the two.
+
+        Parameters
+        ----------
+        held_up_s : float
+            Longest time that its process did not run when it was due.
+        longest_reply_s : float
+            Longest time of a request.
+        """
+        self.cause += (
+            f"; this process did not run for {held_up_s:.2f} s at a time, and the slowest request "
+            f"took {longest_reply_s:.2f} s"
+        )
+        self.args = (self.cause,)
+        if held_up_s > longest_reply_s:
+            self.next_step = (
+                "close programs that load this computer, then run edge-ident clear-fault"
+            )
+        else:
+            self.next_step = (
+                "check cable, adapter and whatever stands between host and board, then run "
+                "edge-ident clear-fault"
+            )
 
 
 class ChangedWordError(LinkError):

@@ -64,6 +64,10 @@ _TCP_ADVICE: Final = (
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 
+class _LateReplyError(NoReplyError):
+    """The reply to an earlier request came: the line is alive, and late."""
+
+
 class ModbusLink:
     """A link through a pymodbus client.
 
@@ -132,8 +136,7 @@ class ModbusLink:
         if not isinstance(reply, WriteMultipleRegistersResponse) or (
             (reply.address, reply.count) != (address, len(words))
         ):
-            self._dirty = True
-            raise self._no_reply("the reply belongs to another request")
+            raise self._late_reply()
 
     def close(self) -> None:
         """Let go of the port."""
@@ -184,8 +187,7 @@ class ModbusLink:
             )
             # input registers' reply is a subclass
             if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
-                self._dirty = True
-                raise self._no_reply("the reply belongs to another request")
+                raise self._late_reply()
         except NoReplyError:
             self._unanswered.append((address, count, time.monotonic()))
             raise
@@ -228,14 +230,21 @@ class ModbusLink:
         """Make sure that no late reply can pass for the next one."""
         if not self._dirty:
             return
-        for _ in range(_TRIES):
+        others, until_s = 0, time.monotonic() + _LATEST_S
+        while others < _TRIES:
             self._drain()
-            words = self._read_once(*_IDENTITY)
+            try:
+                words = self._read_once(*_IDENTITY)
+            except _LateReplyError:
+                if time.monotonic() > until_s:
+                    raise
+                continue
             if words == self._identity:
                 return
             if _is_identity(words):
                 self._identity = words
                 raise RestartedError(decode_integer(_NONCE.name, words, _IDENTITY[0]))
+            others += 1
         self._dirty = True
         raise LinkError(
             f"{self._name} is no longer the same board",
@@ -251,6 +260,11 @@ class ModbusLink:
         if self._client.socket:
             with suppress(OSError):  # hung up: the next request opens the port anew
                 self._client.socket.read(self._client.socket.in_waiting)
+
+    def _late_reply(self) -> NoReplyError:
+        self._dirty = True
+        cause = f"{self._name}: the reply belongs to another request"
+        return _LateReplyError(cause, "check the cable and what loads this computer")
 
     def _no_reply(self, cause: str) -> NoReplyError:
         return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")

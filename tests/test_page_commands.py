@@ -42,6 +42,7 @@ NOT_RUN: Final = {
     r"python tools/check_packages.py ": "takes a minute and the network; the gate runs it",
     r"python docs/examples/": "tests/test_examples.py runs each",
     r"python tools/(fault_schedules|session_campaign|realtime_capture).py ": "goes on for minutes",
+    r"python tools/busy_runs.py ": "goes on for minutes",
     r"python -m tools\.": "goes on for minutes to hours",
     r"edge-ident diagnose recording\.csv second": "here, the recording is of another drive",
     r"podman ": "needs a container engine",

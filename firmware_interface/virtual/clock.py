@@ -13,6 +13,8 @@ _REQUEST_SHARE_S: Final = 0.001
 page outruns a board that is behind."""
 _IDLE_SHARE_S: Final = 0.004
 _LARGEST_BACKLOG: Final = 100
+_LONGEST_STEP_S: Final = 0.05
+"""Longest time that passes on the board between two looks at the clock."""
 
 
 class Clock(Protocol):
@@ -31,7 +33,9 @@ class Clock(Protocol):
 class WallClock:
     """Board time is wall time times a factor; watchdog and confirm window keep wall time.
 
-    Where the host cannot keep up, board time falls behind instead of blocking requests.
+    Where the computer cannot keep up, board time falls behind instead of blocking requests. And
+    while it does not let the board run at all, no time passes there, not even the watchdog's: a
+    busy computer is no host that has fallen silent.
 
     Parameters
     ----------
@@ -41,12 +45,13 @@ class WallClock:
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
-        self._last_s = self.now_s()
+        self._passed_s = 0.0
+        self._seen_s = time.monotonic()
         self._due = 0.0
 
     def now_s(self) -> float:
-        """Wall time."""
-        return time.monotonic()
+        """Wall time, less that in which the board was held up."""
+        return self._passed_s + min(time.monotonic() - self._seen_s, _LONGEST_STEP_S)
 
     def advance(self, machine: Machine, status_read: bool) -> None:
         """Catch up with the wall clock."""
@@ -57,10 +62,10 @@ class WallClock:
         self._catch_up(machine, _IDLE_SHARE_S)
 
     def _catch_up(self, machine: Machine, share_s: float) -> None:
-        now = self.now_s()
-        self._due += (now - self._last_s) * self._speed / SAMPLE_PERIOD_S
-        self._last_s = now
-        while self._due >= 1.0 and self.now_s() - now < share_s:
+        passed_s, began_s = self.now_s(), time.monotonic()
+        self._due += (passed_s - self._passed_s) * self._speed / SAMPLE_PERIOD_S
+        self._passed_s, self._seen_s = passed_s, began_s
+        while self._due >= 1.0 and time.monotonic() - began_s < share_s:
             self._due -= 1.0
             machine.sample()
         self._due = min(self._due, _LARGEST_BACKLOG)

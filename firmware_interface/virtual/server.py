@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import os
+import select
 import signal
 import time
 import tty
@@ -173,7 +174,7 @@ async def serve_pty(link: Link, idle: Callable[[], None], on_ready: Callable[[st
     try:
         tty.setraw(slave)
         os.set_blocking(master, False)
-        session = RtuSession(link, lambda frame: _write_pty(master, frame))
+        session = RtuSession(link, lambda frame: _write_pty(master, slave, frame))
         loop.add_reader(master, lambda: session.data_received(_read_pty(master)))
         on_ready(os.ttyname(slave))
 
@@ -194,11 +195,14 @@ def _read_pty(master: int) -> bytes:
     return b""
 
 
-def _write_pty(master: int, frame: bytes) -> None:
+def _write_pty(master: int, slave: int, frame: bytes) -> None:
     while _read_pty(master):  # what came before the answer left
         pass
     with suppress(BlockingIOError):  # nobody reads: the bytes are lost, as on a real line
         os.write(master, frame)
+    # a thread of the kernel moves them, which a busy computer lets wait for seconds, and the host
+    # with it: so does the board, to look at the other end waits for that thread
+    select.select([slave], [], [], 0.0)
 
 
 async def _forever(look_after: Callable[[], None]) -> None:

@@ -22,6 +22,8 @@ from firmware_interface.virtual.clock import WallClock
 
 READ_MAGIC = mbap(bytes([3, 0, 0, 0, 2]))
 REPLY_BYTES = 13
+WAIT_S = 10.0
+"""For a reply, however busy the computer is: only who is hung up on connects again."""
 PLACES = 4
 PLACES_IN_ALL = server.CONNECTION_LIMIT
 
@@ -172,13 +174,14 @@ def crowd(count: int, client: Client, port: int) -> Iterator[None]:
 
 @pytest.mark.parametrize(
     ("count", "client"),
-    [(8, idle), (8, asking), (50, asking), (PLACES_IN_ALL, idle), (3 * PLACES_IN_ALL, knocking)],
+    [(8, idle), (8, asking), (50, asking), (PLACES_IN_ALL, idle), (50, knocking)],
 )
 def test_a_crowd_shuts_out_no_stop_and_takes_no_host_its_place(count: int, client: Client) -> None:
     board = VirtualBoard(clock=WallClock(1.0))
     with served(board, "tcp") as url:
-        link = open_link(url)
+        link = open_link(url, timeout_s=WAIT_S)
         host = Board.connect(link)
+        host.write_register("watchdog.timeout", 5.0)
         host.enable()
         host.write_trajectory(long_motion())
         host.arm()
@@ -190,7 +193,7 @@ def test_a_crowd_shuts_out_no_stop_and_takes_no_host_its_place(count: int, clien
             assert link._client.socket is socket  # type: ignore[attr-defined] # never hung up on
             assert board.machine.state is State.MOVING
             status = stop_machine(url, 115200, lambda text: None)
-            assert (status.state, status.enabled) == (State.IDLE, False)
+            assert (status.at_rest, status.enabled) == (True, False)
         with pytest.raises(StoppedError):
             host.heartbeat()
         host.close()

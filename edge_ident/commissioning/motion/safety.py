@@ -58,7 +58,7 @@ def ready_to_move(board: Board, say: Callable[[str], None]) -> Iterator[None]:
             f"not homed: {listed(unhomed)}. Positions count from where they stood when the board "
             "was switched on"
         )
-    with ended_by_suspension(), left_safe(board, say), effort_on(board, say):
+    with ended_by_suspension(), board.beating(), left_safe(board, say), effort_on(board, say):
         yield
 
 

@@ -13,7 +13,6 @@ extrapolated.
 
 import logging
 import math
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,8 +28,6 @@ from edge_ident.identification.result import Identification
 from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
-from firmware_interface.board import Board
-from firmware_interface.board_hold import BEATS_PER_TIMEOUT
 from firmware_interface.motion import Multisine, Trajectory, reference
 
 log = logging.getLogger(__name__)
@@ -119,8 +116,6 @@ class Looks:
         self._whole = round(trajectory.duration_s / sampling_s)
         self._every = max(round(period_s(trajectory) / sampling_s / _LOOKS_PER_PERIOD), 1)
         self._next = earliest_s(trajectory, sampling_s) / sampling_s
-        (timeout_s,) = study.board.register_values("watchdog.timeout")
-        self._beat_every_s = timeout_s / BEATS_PER_TIMEOUT
         self._good = 0
         self._found: Identification | None = None
 
@@ -131,11 +126,9 @@ class Looks:
         """
         if samples < self._next or samples + self._every > self._whole:
             return False
-        recording = in_hand()
-        good, took_s = _while_alive(
-            self._study.board, self._beat_every_s, lambda: self._ok(recording)
-        )
-        self._good = self._good + 1 if good else 0
+        began_s = time.thread_time()
+        self._good = self._good + 1 if self._ok(in_hand()) else 0
+        took_s = time.thread_time() - began_s
         pause = took_s / _TIME_SHARE / self._study.board.identity.sample_period_s
         self._next = samples + max(self._every, pause)
         return self._good >= _IN_A_ROW
@@ -220,29 +213,3 @@ def earliest_s(trajectory: Trajectory, sampling_s: float) -> float:
                 return math.inf
             earliest = max(earliest, float(times_s[np.argmax(way >= _SPEED_SHARE * np.max(way))]))
     return earliest
-
-
-def _while_alive(board: Board, every_s: float, work: Callable[[], bool]) -> tuple[bool, float]:
-    """Work while this host keeps its hold on the board; the result, and the processor time, s.
-
-    The work may take longer than the board's watchdog waits.
-    """
-    done: list[tuple[bool, float]] = []
-    failed: list[BaseException] = []
-
-    def run() -> None:
-        began_s = time.thread_time()
-        try:
-            done.append((work(), time.thread_time() - began_s))
-        except BaseException as error:  # raised again where it is asked for
-            failed.append(error)
-
-    thread = threading.Thread(target=run, daemon=True)  # a stop does not wait for it
-    thread.start()
-    while thread.is_alive():
-        thread.join(every_s)
-        if thread.is_alive():
-            board.heartbeat()
-    if failed:
-        raise failed[0]
-    return done[0]

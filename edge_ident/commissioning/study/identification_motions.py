@@ -208,7 +208,7 @@ def identified(
 
 
 def progress_on(study: Study) -> Callable[[str, int, int], None]:
-    """A function that shows progress, and keeps the board's hold during long computations."""
+    """A function that shows progress."""
     shown = ""
 
     def show(stage: str, done: int, total: int) -> None:
@@ -217,6 +217,5 @@ def progress_on(study: Study) -> Callable[[str, int, int], None]:
             shown = stage
             study.observer.stage(stage)
         study.observer.samples(done, total)
-        study.board.heartbeat()
 
     return show

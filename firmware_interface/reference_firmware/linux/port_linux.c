@@ -22,6 +22,7 @@
 #define SLOT_BYTES 1024
 #define LARGEST_BACKLOG 100.0 /* samples: where the host is busy, board time falls behind */
 #define NAP_NS 500000
+#define LONGEST_STEP_US 50000u
 #define SAMPLE_S (SAMPLE_PERIOD_NS * 1e-9)
 /* the clock wraps around soon after power-up, so that every use of it is tried */
 #define CLOCK_AT_START_US (UINT32_MAX - 3000000u)
@@ -39,8 +40,13 @@ static struct board_settings settings = {
 static const char *store_path;
 static unsigned char store_memory[STORE_SLOTS][SLOT_BYTES];
 static double speed;
-static uint64_t start_us;
-static int line = -1;
+static int line = -1, host_side = -1;
+
+/* A busy computer may not let the main loop run, or the kernel's thread that moves bytes on a
+ * pseudo-terminal, for seconds. That is no host which has fallen silent: time waits, and the
+ * drive with it. */
+static pthread_mutex_t time_lock = PTHREAD_MUTEX_INITIALIZER;
+static uint64_t passed_us, seen_us; /* until the main loop was seen last, and when that was */
 
 /* the interrupt; what follows is shared with it, under the lock */
 static pthread_t interrupt;
@@ -55,12 +61,25 @@ static uint64_t now_us(void)
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
+/* Time that has passed on the board; the main loop says that it runs. */
+static uint64_t board_us(bool main_loop)
+{
+    pthread_mutex_lock(&time_lock);
+    const uint64_t present_us = now_us(), step_us = present_us - seen_us;
+    const uint64_t board = passed_us + (step_us < LONGEST_STEP_US ? step_us : LONGEST_STEP_US);
+    if (main_loop) {
+        passed_us = board;
+        seen_us = present_us;
+    }
+    pthread_mutex_unlock(&time_lock);
+    return board;
+}
+
 /* ---- for main */
 
 const char *port_linux_open(const struct linux_options *options)
 {
     struct termios raw;
-    int host_side;
     speed = options->speed;
     store_path = options->store;
     for (unsigned axis = 0; axis < FD_AXES; axis++) {
@@ -71,7 +90,7 @@ const char *port_linux_open(const struct linux_options *options)
     settings.serial_number = linux_drive_serial_number;
     settings.confirm_window_us = (uint32_t)(1e6 * options->confirm_window_s);
     linux_drive_open(options);
-    start_us = now_us();
+    seen_us = now_us();
     line = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
     if (line < 0 || grantpt(line) != 0 || unlockpt(line) != 0) {
         return NULL;
@@ -89,11 +108,11 @@ const char *port_linux_open(const struct linux_options *options)
 static void *interrupt_loop(void *unused)
 {
     const struct timespec nap = {.tv_nsec = NAP_NS};
-    uint64_t last_us = now_us();
+    uint64_t last_us = board_us(false);
     double due = 0.0;
     for (bool running = true; running;) {
         nanosleep(&nap, NULL);
-        const uint64_t present_us = now_us();
+        const uint64_t present_us = board_us(false);
         due += (double)(present_us - last_us) * 1e-6 * speed / SAMPLE_S;
         last_us = present_us;
         for (due = fmin(due, LARGEST_BACKLOG); due >= 1.0; due -= 1.0) {
@@ -141,7 +160,7 @@ const struct board_settings *port_settings(void)
 
 uint32_t port_time_us(void)
 {
-    return (uint32_t)(now_us() - start_us + CLOCK_AT_START_US);
+    return (uint32_t)(board_us(false) + CLOCK_AT_START_US);
 }
 
 uint32_t port_random(void)
@@ -169,14 +188,17 @@ void port_unlock(void)
 size_t port_uart_receive(uint8_t *bytes, size_t capacity)
 {
     const ssize_t count = read(line, bytes, capacity);
+    board_us(true);
     return count > 0 ? (size_t)count : 0;
 }
 
 void port_uart_send(const uint8_t *bytes, size_t length)
 {
+    struct pollfd other_end = {.fd = host_side, .events = POLLIN};
     if (write(line, bytes, length) < 0) {
         return; /* nobody reads: the bytes are lost, as on a real line */
     }
+    poll(&other_end, 1, 0); /* waits for the kernel's thread that moves them */
 }
 
 bool port_store_read(unsigned slot, void *data, size_t size)

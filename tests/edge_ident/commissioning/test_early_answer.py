@@ -1,7 +1,6 @@
 """A motion that ends once its parameters are known: when, what is kept of it, how it stops."""
 
 import html
-import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from edge_ident.commissioning.motion.capture import capture_motion, come_to_rest
 from edge_ident.commissioning.motion.recorded_motion import beginning
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.study import early_answer
-from edge_ident.commissioning.study.early_answer import Looks, Widest, _while_alive, earliest_s
+from edge_ident.commissioning.study.early_answer import Looks, Widest, earliest_s
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, ModelError
@@ -165,23 +164,6 @@ def test_no_look_comes_where_the_motion_is_over_before_the_next() -> None:
 
 
 # ---- the board meanwhile
-
-
-class Beaten:
-    """A board that lets the work end at its second heartbeat."""
-
-    def __init__(self) -> None:
-        self.beats, self.twice = 0, threading.Event()
-
-    def heartbeat(self) -> None:
-        self.beats += 1
-        if self.beats == 2:
-            self.twice.set()
-
-
-def test_the_watchdog_is_fed_while_a_look_lasts() -> None:
-    board = Beaten()
-    assert _while_alive(board, 0.001, lambda: board.twice.wait(60.0))[0]
 
 
 def test_a_look_that_fails_stops_the_machine(
