@@ -212,10 +212,12 @@ static void check_limits(const struct drive_sample *measured)
     }
 }
 
-/* A stop ends: what still moves some time after its ramp loses the effort. */
+/* A stop ends, and so does the wait for a rest in which gains can go back: what still moves some time
+ * after the ramp loses the effort. */
 static void check_stop(void)
 {
-    const bool stops = machine.state == FD_STATE_STOPPING || machine.state == FD_STATE_DRAINING;
+    const bool stops = machine.state == FD_STATE_STOPPING || machine.state == FD_STATE_DRAINING
+        || (machine.roll_back_due && machine.state != FD_STATE_MOVING);
     machine.restless = stops && drive_powered() && !setpoints_moving() && !drive_at_rest()
         ? machine.restless + 1u : 0;
     if (machine.restless > REST_SAMPLES_AFTER_RAMP) {
@@ -223,15 +225,11 @@ static void check_stop(void)
     }
 }
 
-/* Unconfirmed gains go once the axes stand, or have no effort. They are stopped for it where no motion
- * is to end by itself. */
+/* Unconfirmed gains go once the axes stand, or have no effort. */
 static void check_roll_back(void)
 {
     if (gain_banks_unconfirmed() && gain_banks_remaining_us() == 0) {
         machine.roll_back_due = true;
-    }
-    if (machine.roll_back_due && machine.state != FD_STATE_MOVING) {
-        machine_bring_to_rest();
     }
     if (machine.roll_back_due && (!machine_moving() || !drive_powered())) {
         machine_roll_back();

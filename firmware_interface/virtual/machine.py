@@ -140,11 +140,7 @@ class Machine:
         """Roll back what nobody has confirmed, once the axes stand or have no effort."""
         if self.banks.expired(self.now_s()):
             self.roll_back_due = True
-        if not self.roll_back_due:
-            return
-        if self.state is not State.MOVING:  # a motion ends by itself
-            self.bring_to_rest()
-        if not self.moving or not self.enabled:
+        if self.roll_back_due and (not self.moving or not self.enabled):
             self.roll_back()
 
     def roll_back(self) -> Result:
@@ -254,8 +250,12 @@ class Machine:
             self.stop()
 
     def _end_stop(self) -> None:
-        """Cut the effort where an axis still moves some time after the ramp of a stop."""
+        """Cut the effort where an axis still moves some time after the ramp of a stop.
+
+        Gains that are to go back wait no longer for rest either.
+        """
         stops = self.state in (State.DRAINING, State.STOPPING)
+        stops = stops or (self.roll_back_due and self.state is not State.MOVING)
         restless = stops and not self._setpoints.moving and not self.drive.at_rest
         self._restless = self._restless + 1 if restless and self.enabled else 0
         if self._restless > _REST_SAMPLES_AFTER_RAMP:
