@@ -2,10 +2,13 @@
 
 A proportional-derivative law places both poles of inertia·s² + viscous_friction·s at one frequency,
 the bandwidth. The bandwidth is the highest one at which the loop keeps its phase and gain margin
-over the interval of the inertia, and at which encoder quantization stays a small part of the
-effort limit. The loop includes sampling, hold, velocity filter and the board's measured delay.
-There is no integral action: constant loads are fed forward, and an integrator hunts around Coulomb
-friction at rest.
+for every inertia and friction inside their intervals, and at which encoder quantization stays a
+small part of the effort limit. The loop includes sampling, hold, velocity filter, the board's
+measured delay and the latest that the recorded effort may be. Where the intervals are wide, the
+filter is faster and the bandwidth lower. Where no bandwidth keeps the margins, or the board takes
+none that does, the feedback in force stays, which the axis has shown to bear, and feed-forward
+alone is designed. There is no integral action: constant loads are fed forward, and an integrator
+hunts around Coulomb friction at rest.
 
 Feed-forward leaves no error at constant acceleration a. The velocity that the law measures is late
 by the filter and by half a sample of the difference. So feedback itself contributes
@@ -29,6 +32,7 @@ from edge_ident.control.compensation import (
     plant_of,
 )
 from edge_ident.control.loop_plant import Plant
+from edge_ident.control.in_tables import with_repeating
 from edge_ident.control.position_loop import (
     LoopHardware,
     margins_of,
@@ -37,17 +41,20 @@ from edge_ident.control.position_loop import (
 from edge_ident.errors import GainError
 from edge_ident.model.base_in_time import base_at
 from edge_ident.model.model import BOARD_UNITS, AxisModel
+from edge_ident.model.repeating import Repeating
 from edge_ident.support.words import listed
-from firmware_interface.gains import AxisGains
+from firmware_interface.gains import FEEDBACK, AxisGains
 
 PHASE_MARGIN_RAD: Final = math.radians(50.0)
 GAIN_MARGIN: Final = 2.5
 QUANTIZATION_SHARE: Final = 0.02
 """Rms effort that encoder quantization may cause, as a share of the effort limit."""
 _FILTER_RATIO: Final = 5.0
-"""The velocity filter's corner, in bandwidths."""
+"""The velocity filter's corner, in bandwidths of an axis with the least inertia."""
 _INTERVAL: Final = 2.0
-"""Standard deviations of the inertia over which margins must hold."""
+"""Standard deviations of inertia and friction over which margins must hold."""
+_LEAST_SHARE: Final = 0.05
+"""Least share of an inertia or friction that its interval reaches down to."""
 _RESOLUTION: Final = 1.02
 """Ratio to which the bandwidth is narrowed down."""
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
@@ -73,6 +80,8 @@ class GainDesign:
         Effects of the model that the gains use, and what became of them.
     unused : tuple of Unused
         Effects of the model that the gains make no use of, and why.
+    kept : str
+        Why the feedback is that in force, and no bandwidth was chosen; empty where it is designed.
 
     Examples
     --------
@@ -89,6 +98,7 @@ class GainDesign:
     quantization_effort_nm: float
     used: tuple[Used, ...] = ()
     unused: tuple[Unused, ...] = ()
+    kept: str = ""
 
     @property
     def phase_margin_deg(self) -> float:
@@ -101,39 +111,78 @@ class GainDesign:
         return _sound(self.phase_margin_rad, self.gain_margin)
 
 
+@dataclass(frozen=True)
+class Ground:
+    """What else a design knows of an axis, beside its model and its board.
+
+    Attributes
+    ----------
+    at_s : float or None
+        Time of the recording that the gains are to fit, from its first sample on; its end, where
+        they are for the machine as it is now. Without it, effects that change base parameters in
+        time are left out.
+    late_s : float
+        Longest time by which the effort may act later than the board says.
+    repeating : Repeating or None
+        Effort beside the model's that comes back over speed and stroke.
+    in_force : AxisGains or None
+        Gains that the axis has been moved with.
+    gain_step : float
+        Largest step that the board takes from them, as a share of a number's largest value.
+    most_rad_s : float
+        Highest bandwidth to choose.
+    """
+
+    at_s: float | None = None
+    late_s: float = 0.0
+    repeating: Repeating | None = None
+    in_force: AxisGains | None = None
+    gain_step: float = math.inf
+    most_rad_s: float = math.inf
+
+
 def design(
     axis: AxisModel,
     hardware: LoopHardware,
     bandwidth_rad_s: float | None = None,
     at_s: float | None = None,
+    ground: Ground | None = None,
 ) -> GainDesign:
     """Design the gains of one axis.
 
     Parameters
     ----------
     axis : AxisModel
-        At the gearbox output; an inertia without standard deviation is taken for exact.
+        At the gearbox output; a parameter without standard deviation is taken for exact.
     hardware : LoopHardware
     bandwidth_rad_s : float, optional
         Without it, the highest that keeps the margins.
     at_s : float, optional
-        Time of the recording that the gains are to fit, from its first sample on; its end, where
-        they are for the machine as it is now. Without it, effects that change base parameters in
-        time are left out.
+        As of the ground.
+    ground : Ground, optional
+        Where it has gains in force, these keep their feedback where no other can be designed.
 
     Raises
     ------
     GainError
-        The model is not in rad and N·m, parameters are unphysical, the inertia is known too
-        poorly, or a wanted bandwidth does not keep the margins.
+        The model is not in rad and N·m, or a wanted bandwidth does not keep the margins. Without
+        gains in force also: parameters are unphysical, the inertia is known too poorly, or no
+        bandwidth keeps the margins.
     """
+    ground = ground or Ground(at_s)
     _check_units(axis)
-    if at_s is not None:
-        axis = base_at(axis, at_s)
-    _check_physical(axis)
-    known = _Known.of(axis, hardware)
+    if ground.at_s is not None:
+        axis = base_at(axis, ground.at_s)
+    if ground.in_force is None:
+        _check_physical(axis)
+    elif doubt := _doubt(axis):
+        return _kept(ground.in_force, axis, hardware, ground, doubt)
+    known = _Known.of(axis, hardware, ground)
     if bandwidth_rad_s is None:
-        return _with_effects(_highest_acceptable(known), axis, hardware, at_s)
+        found = _highest_acceptable(known)
+        if found is None:
+            return _kept_or_refused(axis, hardware, ground, known)
+        return _with_effects(found, axis, hardware, ground)
     wanted = known.design(bandwidth_rad_s)
     if not wanted.sound:
         raise GainError(
@@ -142,7 +191,7 @@ def design(
             f"choose a lower one: {math.degrees(PHASE_MARGIN_RAD):.0f}° and {GAIN_MARGIN} "
             "are needed",
         )
-    return _with_effects(wanted, axis, hardware, at_s)
+    return _with_effects(wanted, axis, hardware, ground)
 
 
 def _check_units(axis: AxisModel) -> None:
@@ -156,13 +205,48 @@ def _check_units(axis: AxisModel) -> None:
 
 def _check_physical(axis: AxisModel) -> None:
     inertia, viscous, coulomb, _ = (float(value) for value in axis.parameters)
-    inertia_std = _inertia_std(axis)
-    if min(inertia, viscous, coulomb) <= 0 or inertia <= _INTERVAL * inertia_std:
+    if min(viscous, coulomb) <= 0 or _doubt(axis):
         raise GainError(
-            f"no gains follow from inertia {inertia:.3g} ± {inertia_std:.2g} "
+            f"no gains follow from inertia {inertia:.3g} ± {_std(axis, 'inertia'):.2g} "
             f"and friction {viscous:.3g}, {coulomb:.3g}",
             "identify again with a motion that excites every parameter",
         )
+
+
+def _doubt(axis: AxisModel) -> str:
+    """Why no feedback can be designed for an axis; empty where it can."""
+    inertia, std = float(axis.parameters[0]), _std(axis, "inertia")
+    if inertia > _INTERVAL * std and inertia > 0.0:
+        return ""
+    return f"its inertia, {inertia:.3g} ± {std:.2g}, is known too poorly"
+
+
+def _kept_or_refused(
+    axis: AxisModel, hardware: LoopHardware, ground: Ground, known: "_Known"
+) -> GainDesign:
+    """Where no bandwidth is acceptable."""
+    why = f"no bandwidth above {known.lowest:.3g} rad/s keeps the margins"
+    if ground.in_force is None:
+        raise GainError(why, "check the board's control delay and the encoder; or give --bandwidth")
+    return _kept(ground.in_force, axis, hardware, ground, why)
+
+
+def _kept(
+    present: AxisGains, axis: AxisModel, hardware: LoopHardware, ground: Ground, why: str
+) -> GainDesign:
+    """Feed-forward for feedback that stays as it is."""
+    known = _Known.of(axis, hardware, ground)
+    gains = known.with_feedforward(present)
+    phase_margin_rad, gain_margin = margins_of(gains, known.plants, known.late)
+    found = GainDesign(
+        gains,
+        math.sqrt(present.proportional / known.parameters[0]),
+        phase_margin_rad,
+        gain_margin,
+        quantization_effort_nm(gains, hardware),
+        kept=why,
+    )
+    return _with_effects(found, axis, hardware, ground)
 
 
 @dataclass(frozen=True)
@@ -172,38 +256,66 @@ class _Known:
     Attributes
     ----------
     parameters : (4,) tuple of float
+        Those of a machine: none of the first three is negative.
+    lightest : float
+        Inertia over the least that it may be.
     smoothing_rad_s : float
     plants : tuple of Plant
-        Over the interval of the inertia.
+        At the corners of the intervals of inertia and friction.
     hardware : LoopHardware
     late : LoopHardware
-        With the delay that the model adds.
+        With the delay that the model adds, and by which the effort may be late.
+    ground : Ground
     """
 
     parameters: tuple[float, ...]
+    lightest: float
     smoothing_rad_s: float
     plants: tuple[Plant, ...]
     hardware: LoopHardware
     late: LoopHardware
+    ground: Ground
 
     @classmethod
-    def of(cls, axis: AxisModel, hardware: LoopHardware) -> "_Known":
-        plants, late = _loops(axis, hardware)
-        parameters = tuple(axis.parameters.tolist())
-        return cls(parameters, _coulomb_smoothing(axis, hardware), plants, hardware, late)
+    def of(cls, axis: AxisModel, hardware: LoopHardware, ground: Ground) -> "_Known":
+        plants, late = _loops(axis, hardware, ground.late_s)
+        inertia, viscous, coulomb, offset = axis.parameters.tolist()
+        inertia = inertia if inertia > 0.0 else plants[0].inertia
+        parameters = (inertia, max(viscous, 0.0), max(coulomb, 0.0), offset)
+        lightest = inertia / min(plant.inertia for plant in plants)
+        smoothing = _coulomb_smoothing(axis, hardware)
+        return cls(parameters, lightest, smoothing, plants, hardware, late, ground)
+
+    @property
+    def lowest(self) -> float:
+        """Bandwidth below which the derivative gain would turn negative: the axis's own corner."""
+        inertia, viscous, *_ = self.parameters
+        return max(1.0, viscous / inertia)
 
     def gains(self, bandwidth: float) -> AxisGains:
+        inertia, viscous, *_ = self.parameters
+        return self.with_feedforward(
+            AxisGains(
+                proportional=inertia * bandwidth * bandwidth,  # a square may overflow
+                derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
+                integral=0.0,
+                velocity_filter_s=1.0 / (_FILTER_RATIO * self.lightest * bandwidth),
+                inertia_feedforward=0.0,
+                viscous_feedforward=0.0,
+                coulomb_feedforward=0.0,
+                coulomb_smoothing_rad_s=self.smoothing_rad_s,
+                offset_feedforward=0.0,
+            )
+        )
+
+    def with_feedforward(self, feedback: AxisGains) -> AxisGains:
+        """The feedback of these gains, with feed-forward of the base model and nothing else."""
         inertia, viscous, coulomb, offset = self.parameters
-        derivative = max(2.0 * inertia * bandwidth - viscous, 0.0)
-        filter_s = 1.0 / (_FILTER_RATIO * bandwidth)
         half_s = 0.5 * self.hardware.sample_period_s
         late_s = self.hardware.control_delay_s + half_s
-        fed_back = derivative * (filter_s + half_s) - viscous * late_s
+        fed_back = feedback.derivative * (feedback.velocity_filter_s + half_s) - viscous * late_s
         return AxisGains(
-            proportional=inertia * bandwidth * bandwidth,  # a square may overflow
-            derivative=derivative,
-            integral=0.0,
-            velocity_filter_s=filter_s,
+            **{name: getattr(feedback, name) for name in FEEDBACK},
             inertia_feedforward=max(inertia - fed_back, 0.0),
             viscous_feedforward=viscous,
             coulomb_feedforward=coulomb,
@@ -214,6 +326,21 @@ class _Known:
     def quiet(self, gains: AxisGains) -> bool:
         limit = QUANTIZATION_SHARE * self.hardware.effort_limit_nm
         return quantization_effort_nm(gains, self.hardware) <= limit
+
+    def taken(self, gains: AxisGains) -> bool:
+        """Whether the board takes the feedback, in one step from that in force."""
+        present, largest = self.ground.in_force, self.hardware.gain_maximum
+        if present is None or largest is None:
+            return True
+        numbers = ((getattr(bank, name) for bank in (gains, present, largest)) for name in FEEDBACK)
+        return all(
+            wanted <= most and abs(wanted - now) <= self.ground.gain_step * most
+            for wanted, now, most in numbers
+        )
+
+    def acceptable(self, bandwidth: float) -> bool:
+        gains = self.gains(bandwidth)
+        return self.quiet(gains) and self.sound(gains)  # the quicker question first
 
     def sound(self, gains: AxisGains) -> bool:
         return _sound(*margins_of(gains, self.plants, self.late))
@@ -230,29 +357,21 @@ class _Known:
         )
 
 
-def _highest_acceptable(known: _Known) -> GainDesign:
-    """The design of the highest bandwidth that is acceptable, by bisection."""
-    inertia, viscous, *_ = known.parameters
-
-    def acceptable(bandwidth: float) -> bool:
-        gains = known.gains(bandwidth)
-        return known.quiet(gains) and known.sound(gains)  # the quicker question first
-
-    # below the axis's own corner the derivative gain would turn negative
-    lowest = max(1.0, viscous / inertia)
-    highest = 0.5 / known.hardware.sample_period_s
-    if not acceptable(lowest):
-        raise GainError(
-            f"no bandwidth above {lowest:.3g} rad/s keeps the margins",
-            "check the board's control delay and the encoder; or give --bandwidth",
-        )
+def _highest_acceptable(known: _Known) -> GainDesign | None:
+    """The design of the highest bandwidth that is acceptable, by bisection; None where none is, or
+    where the board takes no such step."""
+    lowest = known.lowest
+    highest = min(0.5 / known.hardware.sample_period_s, known.ground.most_rad_s)
+    if not known.acceptable(lowest):
+        return None
     while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
         middle = math.sqrt(lowest * highest)
-        if acceptable(middle):
+        if known.acceptable(middle):
             lowest = middle
         else:
             highest = middle
-    return known.design(lowest)
+    found = known.design(lowest)
+    return found if known.taken(found.gains) else None
 
 
 def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
@@ -265,32 +384,57 @@ def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:
 
 
 def _with_effects(
-    found: GainDesign, axis: AxisModel, hardware: LoopHardware, at_s: float | None
+    found: GainDesign, axis: AxisModel, hardware: LoopHardware, ground: Ground
 ) -> GainDesign:
-    """The design with what the effects of the model add to its gains."""
-    better = compensated(found.gains, axis, hardware, GAIN_MARGIN, at_s)
-    return replace(found, gains=better.gains, used=better.used, unused=better.unused)
+    """The design with what the effects of the model, and what repeats beside it, add to it."""
+    better = compensated(found.gains, axis, hardware, GAIN_MARGIN, ground.at_s)
+    gains, used = better.gains, better.used
+    if ground.repeating is not None:
+        late_s = hardware.control_delay_s + 0.5 * hardware.sample_period_s + loop_delay_s(axis)
+        gains, said = with_repeating(gains, ground.repeating, hardware, late_s)
+        used = (*used, *(Used("repeating", sentence) for sentence in said))
+    return replace(found, gains=gains, used=used, unused=better.unused)
 
 
-def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:
-    """Smallest phase margin (rad) and gain margin over the interval of the inertia.
+def worst_margins(
+    gains: AxisGains, axis: AxisModel, hardware: LoopHardware, late_s: float = 0.0
+) -> tuple[float, float]:
+    """Smallest phase margin (rad) and gain margin over the intervals of inertia and friction.
 
-    The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
+    The model's own delay comes on top of the hardware's, and so does the time by which the effort
+    may be late; see `position_loop.margins_of`.
     """
-    return margins_of(gains, *_loops(axis, hardware))
+    return margins_of(gains, *_loops(axis, hardware, late_s))
 
 
-def _loops(axis: AxisModel, hardware: LoopHardware) -> tuple[tuple[Plant, ...], LoopHardware]:
-    """The axis over the interval of its inertia, and the board with the model's own delay."""
-    plant, spread = plant_of(axis), _INTERVAL * _inertia_std(axis)
-    plants = tuple(plant.with_inertia(plant.inertia + change) for change in (-spread, 0.0, spread))
-    delay_s = hardware.control_delay_s + loop_delay_s(axis)
-    return plants, replace(hardware, control_delay_s=delay_s)
+def _loops(
+    axis: AxisModel, hardware: LoopHardware, late_s: float
+) -> tuple[tuple[Plant, ...], LoopHardware]:
+    """The axis at the corners of its intervals, itself among them, and the board with all delay."""
+    plant = plant_of(axis)
+    inertias = _interval(plant.inertia, _std(axis, "inertia"))
+    frictions = _interval(plant.viscous_friction, _std(axis, "viscous_friction"))
+    corners = [
+        replace(plant.with_inertia(inertia), viscous_friction=friction)
+        for inertia in inertias
+        for friction in frictions
+    ]
+    middle = replace(plant, viscous_friction=max(plant.viscous_friction, 0.0))
+    plants = (middle, *corners) if plant.inertia > 0.0 else tuple(corners)
+    delay_s = hardware.control_delay_s + loop_delay_s(axis) + late_s
+    return tuple(dict.fromkeys(plants)), replace(hardware, control_delay_s=delay_s)
+
+
+def _interval(value: float, std: float) -> tuple[float, float]:
+    """Ends of the interval of a positive number."""
+    high = max(value + _INTERVAL * std, 0.0)
+    least = max(_LEAST_SHARE * max(value, high), 0.0)
+    return max(value - _INTERVAL * std, least), high
 
 
 def _sound(phase_margin_rad: float, gain_margin: float) -> bool:
     return phase_margin_rad >= PHASE_MARGIN_RAD and gain_margin >= GAIN_MARGIN
 
 
-def _inertia_std(axis: AxisModel) -> float:
-    return axis.terms[0].std.get("inertia", 0.0)
+def _std(axis: AxisModel, name: str) -> float:
+    return axis.terms[0].std.get(name, 0.0)

@@ -1,9 +1,11 @@
 """An axis with many values of its uncertain parameters, as recorded and from then on."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.model.base_in_time import base_at
 from edge_ident.model.effects import named
@@ -15,15 +17,25 @@ _LEAST_SHARE: Final = 0.1
 """Least share of an inertia or friction that a draw leaves: they are positive."""
 
 
-def drawn_axis(axis: AxisModel, rng: np.random.Generator) -> AxisModel:
+def drawn_axis(
+    axis: AxisModel, rng: np.random.Generator, moved: NDArray[np.float64] | None = None
+) -> AxisModel:
     """The axis with (1 + DRAWS,) values of every parameter, its own first.
 
     Parameters
     ----------
     axis : AxisModel
     rng : Generator
+    moved : (1 + DRAWS, 4) array, optional
+        By how much the base parameters differ, where that is known of all together.
     """
-    return replace(axis, terms=tuple(_drawn_term(term, rng) for term in axis.terms))
+    base, *others = axis.terms
+    if moved is None:
+        base = _drawn_term(base, rng)
+    else:
+        drawn = {name: float(base.values[name]) + moved[:, n] for n, name in enumerate(PARAMETERS)}
+        base = replace(base, values=_within_bounds(base, drawn))
+    return replace(axis, terms=(base, *(_drawn_term(term, rng) for term in others)))
 
 
 def from_then_on(drawn: AxisModel, end_s: float | None) -> AxisModel:
@@ -49,14 +61,23 @@ def from_then_on(drawn: AxisModel, end_s: float | None) -> AxisModel:
 
 
 def _drawn_term(term: Term, rng: np.random.Generator) -> Term:
-    bounds = named(term.effect).bounds
-    values = {}
-    for name, value in named(term.effect).complete(term.values).items():
-        drawn = float(value) + term.std.get(name, 0.0) * np.append(0.0, rng.normal(size=DRAWS))
+    values = {
+        name: float(value) + term.std.get(name, 0.0) * np.append(0.0, rng.normal(size=DRAWS))
+        for name, value in named(term.effect).complete(term.values).items()
+    }
+    return replace(term, values=_within_bounds(term, values))
+
+
+def _within_bounds(
+    term: Term, drawn: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float | NDArray[np.float64]]:
+    """Drawn values as far as physics allows them."""
+    bounds, found = named(term.effect).bounds, {}
+    for name, values in drawn.items():
         low, high = bounds[name]
-        least = _LEAST_SHARE * float(value) if low >= 0.0 else low
-        values[name] = np.clip(drawn, max(low, least), high)
-    return replace(term, values=values)
+        least = _LEAST_SHARE * float(values[0]) if low >= 0.0 else low
+        found[name] = np.clip(values, max(low, least), high)
+    return found
 
 
 def _one(drawn: AxisModel, n: int) -> AxisModel:

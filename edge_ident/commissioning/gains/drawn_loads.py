@@ -21,8 +21,9 @@ from edge_ident.estimation.known_effects import without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, remembers
-from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.motion import Motion
+from edge_ident.model.repeating import OVER_POSITION, OVER_SPEED, Repeating
 from edge_ident.model.timing import NO_SHIFT, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.filters import lowpass
@@ -31,6 +32,8 @@ from edge_ident.simulation.loop_response import Loads
 
 Array = NDArray[np.float64]
 
+_BASE: Final = len(PARAMETERS)
+_ENTRIES: Final = OVER_SPEED + OVER_POSITION
 _AT_ONCE: Final = 0.01
 """Encoder counts within which friction turns round at once, as far as a loop feels it."""
 
@@ -50,12 +53,19 @@ class Grounds:
     end_s : mapping of axis name to float
         When the recording that the model was made from ended, since its first sample: in the state
         that it had then, the drive goes on.
+    repeating : mapping of axis name to Repeating
+        Effort beside the model's that comes back over speed and stroke.
+    spread : mapping of axis name to (B, 4 + R) array
+        How base parameters and entries of what repeats may be off together
+        (`edge_ident.identification.effective`); without it, the terms' deviations say it.
     """
 
     model: Model
     timing: Mapping[str, Timing]
     diagnosed: Mapping[str, tuple[str, ...]]
     end_s: Mapping[str, float] = field(default_factory=dict)
+    repeating: Mapping[str, Repeating] = field(default_factory=dict)
+    spread: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: Identification) -> "Grounds":
@@ -69,6 +79,14 @@ class Grounds:
             },
             {name: axis.end_s for name, axis in found.axes.items()},
         )
+
+    def moved(self, name: str, rng: np.random.Generator) -> Array | None:
+        """By how much base parameters and entries of drawn axes differ, (1 + DRAWS, 4 + R)."""
+        spread = self.spread.get(name)
+        if spread is None:
+            return None
+        draws = rng.normal(size=(DRAWS, len(spread))) @ spread
+        return np.concatenate([np.zeros((1, draws.shape[1])), draws])
 
 
 def drawn_loads(
@@ -102,11 +120,15 @@ def drawn_loads(
     recording = _as_given(moved.recording, name, acting)
     timing = grounds.timing.get(name, NO_SHIFT)
     signals = compensate_effects(recording, name, None, late_s=timing.shift_s + delay_s).signals
-    drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng)
+    off, repeating = grounds.moved(name, rng), grounds.repeating.get(name)
+    drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng, off)
+    if repeating is not None:
+        entries = repeating.entries if off is None else repeating.entries + off[:, _BASE:]
+        repeating = replace(repeating, entries=np.broadcast_to(entries, (1 + DRAWS, _ENTRIES)))
     lasting = from_then_on(drawn, grounds.end_s.get(name))
-    during = then = _Need.of(drawn, moved, signals, name, every)
+    during = then = _Need.of(drawn, repeating, moved, signals, name, every)
     if lasting is not drawn:
-        then = _Need.of(lasting, moved, signals, name, every)
+        then = _Need.of(lasting, repeating, moved, signals, name, every)
     position = signals.grid.resampled(recording.axes[name].position)
     known = _known(signals, position, drawn, hardware.encoder_resolution_rad)
     # a motion after that of the identification begins in the state in which that one ended
@@ -189,16 +211,28 @@ class _Need:
 
     @classmethod
     def of(
-        cls, axis: AxisModel, moved: RecordedMotion, signals: Signals, name: str, every: int
+        cls,
+        axis: AxisModel,
+        repeating: Repeating | None,
+        moved: RecordedMotion,
+        signals: Signals,
+        name: str,
+        every: int,
     ) -> "_Need":
         made = np.asarray(axis.parameters @ signals.regressor.T)
-        if len(axis.terms) == 1:
-            samples = len(moved.references[name].position_rad)
-            wanted: Array = np.broadcast_to(0.0, (len(made), samples))
-        else:
+        samples = len(moved.references[name].position_rad)
+        wanted: Array = np.broadcast_to(0.0, (len(made), samples))
+        if len(axis.terms) > 1:
             along = _effects(axis, moved.motions(signals.cutoff_hz), name)
             made += lowpass(along, signals.cutoff_hz, signals.period_s)
             wanted = _effects(axis, moved.wanted_motions(), name)
+        if repeating is not None:
+            _, velocity, direction, _ = signals.regressor.T
+            position = moved.motions(signals.cutoff_hz)[name].position
+            made += repeating.effort(position, velocity, direction)
+            way = moved.references[name]
+            asked = way.position_rad, way.velocity_rad_s, np.sign(way.velocity_rad_s)
+            wanted = wanted + repeating.effort(*asked)
         return cls(axis, made[0].copy(), made[:, ::every].copy(), wanted)
 
     def misses(self, effort: Array, known: NDArray[np.bool_]) -> float:

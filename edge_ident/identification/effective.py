@@ -1,0 +1,245 @@
+"""The axis as it is, from all of its motions: what gains are to make up for, explained or not.
+
+A line through the friction, inertia and offset; beside them the effort that the line leaves and
+that repeats over the speed and over the stroke (`edge_ident.model.repeating`). Named effects are
+taken off before. One least-squares fit to all recordings finds all of it. What repeats is held by a
+ridge, whose strength is the one that predicts stretches best which were left out; where it does not
+predict them better than the line alone, beyond chance, there is none.
+
+Every stretch is left out once more for the deviations (the jackknife over groups), so they hold
+what is unexplained, too, and how all numbers of the fit move together.
+
+Sources: Efron, The Jackknife, the Bootstrap and Other Resampling Plans (1982), ch. 2; Arlot and
+Celisse, A survey of cross-validation procedures, Statistics Surveys 4 (2010).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.least_squares import estimation_part
+from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term, base_axis
+from edge_ident.model.repeating import OVER_SPEED, Grid, Repeating
+from edge_ident.model.supported_range import SupportedRange
+from edge_ident.signals.filters import differentiate
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
+
+Array = NDArray[np.float64]
+
+_STRETCH_S: Final = 1.0
+_FEWEST: Final = 8
+"""Stretches of a recording, at least."""
+_RIDGES: Final = (np.inf, 1.0, 0.1, 0.01)
+"""Strength of the ridge over the mean of the entries' squares; infinite: nothing repeats."""
+_CERTAIN: Final = 2.0
+"""Standard errors by which what repeats must predict better."""
+_BASE: Final = len(PARAMETERS)
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class EffectiveAxis:
+    """An axis as it is.
+
+    Attributes
+    ----------
+    model : AxisModel
+        The line, with its deviations, and the named effects.
+    repeating : Repeating or None
+        What repeats beside it.
+    spread : (B, 4 + R) array
+        Times B standard normal numbers, how all numbers of the fit may be off together.
+    left : float
+        What all of it leaves of the effort, rms over rms.
+    """
+
+    model: AxisModel
+    repeating: Repeating | None
+    spread: Array
+    left: float
+
+
+def effective_axis(
+    recordings: Sequence[Recording],
+    name: str,
+    effects: Sequence[Term] = (),
+    late_s: float = 0.0,
+    *,
+    repeats: bool = True,
+) -> EffectiveAxis:
+    """Fit an axis to all of its motions.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+    name : str
+    effects : sequence of Term
+        That are known of the axis, and do not belong to the time of one recording.
+    late_s : float
+        By which the effort is recorded late, beyond what the recordings state.
+    repeats : bool
+        Whether to look for what repeats.
+
+    Raises
+    ------
+    DataError
+        Hardly any sample shows the axis in motion.
+    """
+    rows = _Rows.of(recordings, name, effects, late_s)
+    sums = _Sums.of(rows)
+    ridge = _best_ridge(sums) if repeats else None
+    found, spread = sums.jackknifed(ridge)
+    if ridge is None:
+        found, spread = found[:_BASE], spread[:, :_BASE]
+    std = np.sqrt(np.sum(spread[:, :_BASE] ** 2, axis=0))
+    units = recordings[0].axes[name].units
+    base = base_axis(Estimate(found[:_BASE], std), *units, rows.seen)
+    model = AxisModel((*base.terms, *effects), *units)
+    left = rows.effort - rows.columns[:, : len(found)] @ found
+    share = float(np.linalg.norm(left) / max(float(np.linalg.norm(rows.effort)), _TINY))
+    repeating = None if ridge is None else Repeating(rows.grid, found[_BASE:])
+    return EffectiveAxis(model, repeating, spread, share)
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Samples of all recordings.
+
+    Attributes
+    ----------
+    columns : (N, 4 + R) array
+    effort : (N,) array
+        Both over what a line leaves of the recording.
+    stretch : (N,) array of int
+        Which one each sample belongs to.
+    """
+
+    columns: Array
+    effort: Array
+    stretch: NDArray[np.intp]
+    grid: Grid
+    seen: SupportedRange
+
+    @classmethod
+    def of(
+        cls, recordings: Sequence[Recording], name: str, effects: Sequence[Term], late_s: float
+    ) -> "_Rows":
+        parts = [_part(recording, name, effects, late_s) for recording in recordings]
+        regressor, effort, position, stretch = map(np.concatenate, zip(*parts, strict=True))
+        weight = np.concatenate([np.full(len(part[1]), 1.0 / _left_by_line(part)) for part in parts])
+        firsts = np.cumsum([0] + [int(part[3][-1]) + 1 for part in parts[:-1]])
+        stretch += np.repeat(firsts, [len(part[3]) for part in parts])
+        grid = Grid.over(position, regressor[:, 1])
+        along = grid.columns(position, regressor[:, 1], regressor[:, 2])
+        seen = SupportedRange.of(position, regressor[:, 1], regressor[:, 0], effort)
+        columns = weight[:, None] * np.concatenate([regressor, along], axis=1)
+        return cls(columns, weight * effort, stretch, grid, seen)
+
+
+def _part(
+    recording: Recording, name: str, effects: Sequence[Term], late_s: float
+) -> tuple[Array, Array, Array, NDArray[np.intp]]:
+    """Regressor, effort, position and stretch at the samples of one recording that tell."""
+    units = recording.axes[name].units
+    known = None
+    if effects:
+        base = base_axis(Estimate(np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(_BASE)), *units)
+        known = Model({name: AxisModel((*base.terms, *effects), *units)})
+    axis = compensate_effects(recording, name, known, late_s=late_s)
+    signals = axis.signals
+    samples = estimation_part(signals).samples
+    # slower than a count in half a period of the filter, no encoder shows a direction
+    shown = 2.0 * signals.cutoff_hz * signals.encoder_count
+    samples = samples[np.abs(signals.regressor[samples, 1]) > shown]
+    (position,) = differentiate(axis.position, signals.cutoff_hz, signals.period_s, orders=[0])
+    stretches = max(round(len(signals.effort) * signals.period_s / _STRETCH_S), _FEWEST)
+    stretch = stretches * samples // len(signals.effort)
+    return signals.regressor[samples], signals.effort[samples], position[samples], stretch
+
+
+def _left_by_line(part: tuple[Array, Array, Array, NDArray[np.intp]]) -> float:
+    """What a line of its own leaves of a recording: noise of the motion, and what is unexplained."""
+    regressor, effort, *_ = part
+    line = np.linalg.lstsq(regressor, effort, rcond=None)[0]
+    return max(rms(effort - regressor @ line), _TINY)
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Normal equations of every stretch: (B, P, P), (B, P) and (B,) squares of the effort."""
+
+    normal: Array
+    right: Array
+    squares: Array
+    length: Array
+
+    @classmethod
+    def of(cls, rows: _Rows) -> "_Sums":
+        length = np.maximum(np.linalg.norm(rows.columns, axis=0), _TINY)
+        length[_BASE:] = np.sqrt(np.mean(length[_BASE:] ** 2))
+        unit = rows.columns / length
+        bounds = np.flatnonzero(np.diff(rows.stretch, prepend=-1, append=-1))
+        parts = [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+        return cls(
+            np.stack([unit[p].T @ unit[p] for p in parts]),
+            np.stack([unit[p].T @ rows.effort[p] for p in parts]),
+            np.array([rows.effort[p] @ rows.effort[p] for p in parts]),
+            length,
+        )
+
+    def without_each(self, ridge: tuple[float, float] | None) -> Array:
+        """Numbers (B, P) of the fits that leave one stretch out."""
+        kept = self._kept(ridge)
+        normal = (self.normal.sum(axis=0) - self.normal)[:, kept][:, :, kept]
+        right = (self.right.sum(axis=0) - self.right)[:, kept]
+        found = np.zeros_like(self.right)
+        held = normal + np.diag(self._held(ridge)[kept])
+        found[:, kept] = np.linalg.solve(held, right[..., None])[..., 0]
+        return found
+
+    def left(self, ridge: tuple[float, float] | None) -> Array:
+        """Squares (B,) that each stretch has left by the fit to the others."""
+        found = self.without_each(ridge)
+        explained = 2.0 * np.sum(found * self.right, axis=1)
+        return np.asarray(
+            self.squares - explained + np.einsum("bp,bpq,bq->b", found, self.normal, found)
+        )
+
+    def jackknifed(self, ridge: tuple[float, float] | None) -> tuple[Array, Array]:
+        """Numbers (P,) from all stretches, and their spread (B, P)."""
+        kept = self._kept(ridge)
+        normal = self.normal.sum(axis=0)[np.ix_(kept, kept)] + np.diag(self._held(ridge)[kept])
+        found = np.zeros(len(self.length))
+        found[kept] = np.linalg.solve(normal, self.right.sum(axis=0)[kept])
+        moved = self.without_each(ridge) - found
+        spread = np.sqrt(1.0 - 1.0 / len(moved)) * moved
+        return found / self.length, spread / self.length
+
+    def _held(self, ridge: tuple[float, float] | None) -> Array:
+        """Diagonal of the ridge."""
+        held = np.full(len(self.length), 1e-10)
+        for number, part in enumerate(_GROUPS):
+            held[part] += ridge[number] / len(held[part]) if ridge else 0.0
+        return held
+
+    def _kept(self, ridge: tuple[float, float] | None) -> NDArray[np.intp]:
+        return np.flatnonzero(np.isfinite(self._held(ridge or (np.inf, np.inf))))
+
+
+_GROUPS: Final = (slice(_BASE, _BASE + OVER_SPEED), slice(_BASE + OVER_SPEED, None))
+"""Entries over speed and over position."""
+
+
+def _best_ridge(sums: _Sums) -> tuple[float, float] | None:
+    """The ridge that predicts best; None where the line alone is as good."""
+    line = sums.left(None)
+    left = {(a, b): sums.left((a, b)) for a in _RIDGES for b in _RIDGES if min(a, b) < np.inf}
+    best = min(left, key=lambda ridge: float(np.sum(left[ridge])))
+    better = line - left[best]
+    error = np.sqrt(len(better)) * np.std(better)
+    return best if np.sum(better) > _CERTAIN * error else None
