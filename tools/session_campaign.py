@@ -182,7 +182,7 @@ class Site:
     ) -> str | None:
         if kind == "run":
             outcome = commission(board, self._drive, self._network, Plan(), self._folder, observer)
-            return None if outcome.trusted else outcome.conclusion
+            return None if outcome.good else outcome.conclusion
         if kind == "capture":
             check_drive(board, self._drive)
             with ready_to_move(board, observer.say):

@@ -172,7 +172,7 @@ def run(
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")
-    if not outcome.trusted:
+    if not outcome.good:
         raise typer.Exit(UNTRUSTED)
 
 

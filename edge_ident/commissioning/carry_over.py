@@ -1,51 +1,108 @@
-"""Whether what was identified carries over to the second motion, asked before gains are written.
+"""The diagnosis of a run, and whether what it found carries over to the second motion.
 
-One motion may hide an effect that another one shows: on one sinusoid, a spring is a smaller
-inertia. The second motion of a trial is recorded with the old gains anyway. So the model is fitted
-to it as well. Where that is not enough, or gives other parameters, the recording joins those of the
-identification, and all are diagnosed together.
+Every axis whose base model is not enough is diagnosed on the first motion. What stays open is
+separated by further motions. One motion may hide an effect that another one shows: on one sinusoid,
+a spring is a smaller inertia. The second motion of a trial is recorded anyway. So the model is
+fitted to it as well. Where that is not enough, or gives other parameters, the recording joins those
+of the identification, and all are diagnosed together.
 """
 
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from edge_ident.commissioning.gains.trial import Recorded
-from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
+from edge_ident.commissioning.study.computing import OutOfTimeError, Progress
+from edge_ident.commissioning.study.identification_motions import (
+    IdentificationMotion,
+    Study,
+    with_diagnoses,
+)
 from edge_ident.commissioning.study.separation import Separation, judged, separate
 from edge_ident.errors import DataError
 from edge_ident.identification.adequacy import LARGEST_MOVE, SIGNIFICANT
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Model
 from edge_ident.signals.recording import Recording
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.result import AxisDiagnosis
 
 log = logging.getLogger(__name__)
 
 
-def reconsidered(study: Study, separation: Separation, second: Recorded) -> Separation:
-    """The motions of a run with the second one of a trial, if that contradicts what was found.
+def diagnosed(study: Study, separation: Separation, second: Recorded | None) -> Separation:
+    """Find out what the base model lacks, within the time that the study has for it.
 
     Parameters
     ----------
     study : Study
     separation : Separation
-    second : Recorded
-        Made with the gains in force.
+        The first motion alone.
+    second : Recorded or None
+        The second motion of a trial, with the gains in force before.
 
     Returns
     -------
     Separation
-        The same where nothing is contradicted, or where no further motion may be judged.
+        With all motions that were made for it, and what is known then.
 
     Raises
     ------
     LinkError, BoardError
         A motion that is designed to separate what is left did not get to its end.
     """
-    if not study.diagnose or len(separation.motions) >= study.most_motions:
+    try:
+        first = _diagnosed_first(study, separation.motions[0])
+        separation = separate(study, [first])
+        return separation if second is None else _reconsidered(study, separation, second)
+    except OutOfTimeError as error:
+        study.tell(error.cause)
+        return replace(separation, ended=error.cause)
+
+
+def _diagnosed_first(study: Study, first: IdentificationMotion) -> IdentificationMotion:
+    """The first motion with a diagnosis of each axis whose base model is not enough."""
+    found: dict[str, AxisDiagnosis] = {}
+    missed = ""
+    for name, axis in first.found.axes.items():
+        if axis.adequacy.adequate:
+            continue
+        try:
+            found[name] = study.computed(partial(_of_axis, first.recording, name, study.model))
+        except DataError as error:
+            study.tell(f"axis {name} could not be diagnosed: {error.cause}")
+        except OutOfTimeError as error:
+            missed = error.cause
+            break
+    if missed:
+        study.tell(missed)
+    if not found:
+        return first
+    return replace(first, found=with_diagnoses(study, first.recording, found))
+
+
+def _of_axis(
+    recording: Recording, name: str, model: Model | None, on_progress: Progress
+) -> "AxisDiagnosis":
+    from edge_ident.diagnosis.diagnose import diagnose
+
+    # what is too small to be named still moves parameters
+    found = diagnose(
+        [recording], model=model, keep_minor=True, only=[name], on_progress=on_progress
+    )
+    return found.axes[name]
+
+
+def _reconsidered(study: Study, separation: Separation, second: Recorded) -> Separation:
+    """The motions of a run with the second one of a trial, if that contradicts what was found."""
+    if len(separation.motions) >= study.most_motions:
         return separation
     try:
         against = contradictions(separation.found, second.capture.recording)
@@ -57,7 +114,6 @@ def reconsidered(study: Study, separation: Separation, second: Recorded) -> Sepa
         trajectory, capture, found = second.motion.trajectory, second.capture, separation.found
         made = IdentificationMotion(second.file, trajectory, capture, found, None, {}, against)
         motions = separation.motions
-        study.board.settle()
         return separate(study, [*motions, judged(study, motions, made)])
     except DataError as error:
         log.info("the second motion cannot be judged: %s", error.cause)

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from edge_ident.commissioning.carry_over import reconsidered
-from edge_ident.commissioning.gains.change import check_change, concluded
+from edge_ident.commissioning.carry_over import diagnosed
 from edge_ident.commissioning.gains.files import keep_backup
 from edge_ident.commissioning.gains.motor_way import unseen_load
 from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
+from edge_ident.commissioning.gains.trial import MotionBefore
 from edge_ident.commissioning.motion.capture import (
     Capture,
     check_drive,
@@ -20,8 +19,10 @@ from edge_ident.commissioning.motion.capture import (
     come_to_rest,
 )
 from edge_ident.commissioning.motion.observer import Observer
-from edge_ident.commissioning.motion.safety import make_ready, ready_to_move
+from edge_ident.commissioning.motion.safety import leave_confirmed, make_ready, ready_to_move
+from edge_ident.commissioning.rounds import Round, Rounds
 from edge_ident.commissioning.study.board_answer import BoardAnswer, board_answer
+from edge_ident.commissioning.study.computing import Budget
 from edge_ident.commissioning.study.early_answer import EarlyAnswer, Looks
 from edge_ident.commissioning.study.identification_motions import (
     CAPTURE_FILE,
@@ -31,7 +32,7 @@ from edge_ident.commissioning.study.identification_motions import (
     identified,
     rehearse,
 )
-from edge_ident.commissioning.study.separation import Separation, separate
+from edge_ident.commissioning.study.separation import Separation
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
@@ -46,7 +47,8 @@ from firmware_interface.motion import Trajectory
 
 log = logging.getLogger(__name__)
 
-VERIFICATION_FILE: Final = "verification.npz"
+DIAGNOSE_WITHIN_S: Final = 60.0
+"""Computing time of a diagnosis, of all axes together, unless a user allows more or less."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,10 @@ class Plan:
         Effects that are known of the drive.
     diagnose : bool
         Whether an axis whose base model is not enough is diagnosed.
+    diagnose_first : bool
+        Before any gains are written, and not after.
+    diagnose_within_s : float
+        Computing time of the diagnosis, of all axes together.
     most_motions : int
         Identification motions in all: where a diagnosis leaves several explanations, others are
         designed that separate them.
@@ -86,6 +92,8 @@ class Plan:
     seed: int = 0
     model: Model | None = None
     diagnose: bool = True
+    diagnose_first: bool = False
+    diagnose_within_s: float = DIAGNOSE_WITHIN_S
     most_motions: int = 3
     most_s: float = math.inf
     until: float | None = None
@@ -97,6 +105,7 @@ class Plan:
         return Study(
             board, drive, folder, observer, Stopwatch(), network, model=self.model, seed=self.seed,
             diagnose=self.diagnose, most_motions=self.most_motions, most_s=self.most_s,
+            budget=Budget(self.diagnose_within_s),
         )  # fmt: skip
 
 
@@ -107,10 +116,11 @@ class Outcome:
     Attributes
     ----------
     designs : mapping of axis to GainDesign
-        Empty where the identification is not trusted.
+        Of the gains in force, or of the last ones that were tried or forecast. Empty where the data
+        contradict themselves.
     gains_before : mapping of axis to AxisGains
     change : GainChange or None
-        None where no gains were designed.
+        What became of new gains in the end, against those of before; None where none were designed.
     stored : bool
         Whether the gains in force outlast a power cycle.
     conclusion : str
@@ -125,6 +135,10 @@ class Outcome:
         What the board identified by itself from the whole first motion, if it has a network.
     early : EarlyAnswer or None
         Whether the first motion could end early; None where that was not asked for.
+    rounds : tuple of Round
+        Every set of gains that was written, or the one that was not worth it.
+    file_after : str
+        Of the first motion with the gains of `designs`; empty where none was made.
     """
 
     capture: Capture
@@ -138,6 +152,8 @@ class Outcome:
     separation: Separation
     board: BoardAnswer | None = None
     early: EarlyAnswer | None = None
+    rounds: tuple[Round, ...] = ()
+    file_after: str = ""
 
     def captures(self, folder: Path) -> list[Path]:
         """Files of the identification motions."""
@@ -149,11 +165,13 @@ class Outcome:
         return self.change is not None and self.change.confirmed
 
     @property
-    def trusted(self) -> bool:
-        """Whether all went well: the gains in force are the best that is known."""
+    def good(self) -> bool:
+        """Whether the machine follows better than before, or as well as it can.
+
+        Whether its parameters are known is another question (`Identification.trusted`).
+        """
         change = self.change
-        good = change is None or change.confirmed or change.unchanged or change.dry_run
-        return self.identification.trusted and good
+        return change is not None and (change.confirmed or change.unchanged or change.dry_run)
 
 
 def commission(
@@ -189,18 +207,85 @@ def commission(
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)
-        with study.watch.stage("separation"):
-            separation = separate(study, [first])
-        study.unload_network()
-        separation, designs, change = _changed(study, plan, separation, gains_before)
+        job = _Job(study, plan, first)
+        job.do()
+        change = job.change
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
         if stored:
             board.store()
-    conclusion = _conclude(separation.found, change, stored, unseen_load(designs))
+    return _outcome(job, gains_before, stored, answer, early)
+
+
+class _Job:
+    """What a run does once its first motion is identified."""
+
+    def __init__(self, study: Study, plan: Plan, first: IdentificationMotion) -> None:
+        self.study, self.plan, self.first = study, plan, first
+        before = MotionBefore.of(study.drive, plan.motion, first.capture, first.found)
+        self.rounds = Rounds(study, plan.bandwidth_rad_s, first, before)
+        self.separation = Separation((first,))
+
+    @property
+    def change(self) -> GainChange | None:
+        """What became of new gains in the end, against those of before the run."""
+        confirmed = self.rounds.confirmed
+        last = confirmed or (self.rounds.done[-1] if self.rounds.done else None)
+        return None if last is None else self.rounds.since_before(last)
+
+    def do(self) -> None:
+        """The fast answer first, unless the user asks for the diagnosis first."""
+        if self.plan.diagnose_first:
+            self._diagnose()
+        if not self.found.consistent:
+            return
+        if not self.plan.write:
+            self.rounds.dry()
+            return
+        self.rounds.improve()
+        if self.plan.diagnose and not self.plan.diagnose_first:
+            self._afterwards()
+
+    @property
+    def found(self) -> Identification:
+        """What is known."""
+        return self.separation.found
+
+    def _afterwards(self) -> None:
+        """Diagnose, and write once more where that is worth it; Ctrl-C keeps what is confirmed."""
+        try:
+            self._diagnose()
+            self.rounds.improve()
+        except KeyboardInterrupt:
+            if self.rounds.confirmed is None:
+                raise
+            leave_confirmed(self.study.board)
+            self.study.tell("interrupted: the gains that were confirmed stay")
+
+    def _diagnose(self) -> None:
+        with self.study.watch.stage("separation"):
+            self.separation = diagnosed(self.study, self.separation, self.rounds.second())
+        self.rounds.found = self.found
+        self.study.unload_network()
+
+
+def _outcome(
+    job: _Job,
+    gains_before: Bank,
+    stored: bool,
+    answer: BoardAnswer | None,
+    early: EarlyAnswer | None,
+) -> Outcome:
+    rounds, separation, change = job.rounds, job.separation, job.change
+    if rounds.livelier is not None:
+        separation = replace(separation, motions=(*separation.motions, rounds.livelier))
+    last = rounds.confirmed or (rounds.done[-1] if rounds.done else None)
+    designs = {} if last is None else last.designs
+    conclusion = _conclude(job.found, change, stored, unseen_load(designs))
     log.info(conclusion)
     return Outcome(
-        first.capture, separation.found, designs, gains_before, change, stored, conclusion,
-        study.watch.timing_ms(), separation, board=answer, early=early,
+        job.first.capture, job.found, designs, gains_before, change, stored, conclusion,
+        job.study.watch.timing_ms(), separation, board=answer, early=early,
+        rounds=tuple(rounds.done), file_after="" if last is None else last.file,
     )  # fmt: skip
 
 
@@ -242,64 +327,9 @@ def board_designs(
     }
 
 
-def _changed(
-    study: Study, plan: Plan, separation: Separation, gains_before: Bank
-) -> tuple[Separation, dict[str, GainDesign], GainChange | None]:
-    """Design gains and put them in force; a dry run only forecasts what they would be worth.
-
-    The second motion of their trial is made before the write. Where it contradicts what was
-    identified, it is one more identification motion, and the gains are designed anew.
-    """
-    recorded: Recorded | None = None
-    while True:
-        designs = _designs(study, plan, separation.found)
-        trial = _trial(study, plan, separation, designs, gains_before, recorded)
-        if trial is None:
-            return separation, designs, None
-        if not plan.write:
-            return separation, designs, GainChange(False, promise=trial.promise, dry_run=True)
-        worth_a_write = trial.worth_a_write()
-        if trial.second is recorded:  # it was not made, or has been heard
-            break
-        recorded = trial.second
-        assert recorded is not None
-        with study.watch.stage("separation"):
-            heard = reconsidered(study, separation, recorded)
-        if heard is separation:
-            break
-        separation = heard
-    keep_backup(gains_before, study.board.identity, study.folder)
-    return separation, designs, concluded(study.board, trial, worth_a_write=worth_a_write)
-
-
-def _designs(study: Study, plan: Plan, found: Identification) -> dict[str, GainDesign]:
-    """Gains of every axis, if all are trusted."""
-    with study.watch.stage("last_sample_to_verified"):
-        return board_designs(study.board, found, plan.bandwidth_rad_s) if found.trusted else {}
-
-
-def _trial(
-    study: Study,
-    plan: Plan,
-    separation: Separation,
-    designs: Mapping[str, GainDesign],
-    gains_before: Bank,
-    recorded: Recorded | None,
-) -> Trial | None:
-    """Check the designed gains; their trial, unless there are none."""
-    if not designs:
-        return None
-    wanted = {axis: designed.gains for axis, designed in designs.items()}
-    check_change(study.board, gains_before, wanted, large_steps=True)
-    capture, found = separation.motions[0].capture, separation.found
-    before = MotionBefore.of(study.drive, plan.motion, capture, found, recorded)
-    file = study.folder / VERIFICATION_FILE
-    return Trial(study.board, wanted, before, study.observer, file, study.watch)
-
-
 def _conclude(found: Identification, change: GainChange | None, stored: bool, load: str) -> str:
     if change is None:
-        axes = [f"axis {name}" for name, axis in found.axes.items() if not axis.trusted]
-        return f"not trusted: {', '.join(axes)}; nothing was written"
+        axes = [f"axis {name}" for name, axis in found.axes.items() if not axis.consistent]
+        return f"the data contradict themselves: {', '.join(axes)}; nothing was written"
     said = change.conclusion + ("; the active gains are stored" if stored else "")
     return said if change.verification is None else said + load

@@ -31,8 +31,8 @@ from edge_ident.control.compensation import (
     loop_delay_s,
     plant_of,
 )
-from edge_ident.control.loop_plant import Plant
 from edge_ident.control.in_tables import with_repeating
+from edge_ident.control.loop_plant import Plant
 from edge_ident.control.position_loop import (
     LoopHardware,
     margins_of,
@@ -49,8 +49,9 @@ PHASE_MARGIN_RAD: Final = math.radians(50.0)
 GAIN_MARGIN: Final = 2.5
 QUANTIZATION_SHARE: Final = 0.02
 """Rms effort that encoder quantization may cause, as a share of the effort limit."""
-_FILTER_RATIO: Final = 5.0
-"""The velocity filter's corner, in bandwidths of an axis with the least inertia."""
+_FILTER_RATIOS: Final = (5.0, 6.0, 7.0, 8.0, 10.0)
+"""The velocity filter's corner, in bandwidths of an axis with the least inertia: a slow filter lets
+less of the encoder's rounding through, a fast one leaves more margin for delay."""
 _INTERVAL: Final = 2.0
 """Standard deviations of inertia and friction over which margins must hold."""
 _LEAST_SHARE: Final = 0.05
@@ -183,7 +184,9 @@ def design(
         if found is None:
             return _kept_or_refused(axis, hardware, ground, known)
         return _with_effects(found, axis, hardware, ground)
-    wanted = known.design(bandwidth_rad_s)
+    each = (replace(known, filter_ratio=ratio) for ratio in _FILTER_RATIOS)
+    tried = [one.design(bandwidth_rad_s) for one in each]
+    wanted = next((one for one in tried if one.sound), tried[0])
     if not wanted.sound:
         raise GainError(
             f"a bandwidth of {bandwidth_rad_s:.3g} rad/s leaves a phase margin of "
@@ -266,6 +269,8 @@ class _Known:
     late : LoopHardware
         With the delay that the model adds, and by which the effort may be late.
     ground : Ground
+    filter_ratio : float
+        The velocity filter's corner, in bandwidths.
     """
 
     parameters: tuple[float, ...]
@@ -275,6 +280,7 @@ class _Known:
     hardware: LoopHardware
     late: LoopHardware
     ground: Ground
+    filter_ratio: float = _FILTER_RATIOS[0]
 
     @classmethod
     def of(cls, axis: AxisModel, hardware: LoopHardware, ground: Ground) -> "_Known":
@@ -299,7 +305,7 @@ class _Known:
                 proportional=inertia * bandwidth * bandwidth,  # a square may overflow
                 derivative=max(2.0 * inertia * bandwidth - viscous, 0.0),
                 integral=0.0,
-                velocity_filter_s=1.0 / (_FILTER_RATIO * self.lightest * bandwidth),
+                velocity_filter_s=1.0 / (self.filter_ratio * self.lightest * bandwidth),
                 inertia_feedforward=0.0,
                 viscous_feedforward=0.0,
                 coulomb_feedforward=0.0,
@@ -358,8 +364,21 @@ class _Known:
 
 
 def _highest_acceptable(known: _Known) -> GainDesign | None:
-    """The design of the highest bandwidth that is acceptable, by bisection; None where none is, or
-    where the board takes no such step."""
+    """The design of the highest bandwidth that is acceptable; None where none is, or where the
+    board takes no such step."""
+    best: GainDesign | None = None
+    for ratio in _FILTER_RATIOS:
+        found = _highest_with(replace(known, filter_ratio=ratio))
+        if found is None:
+            continue
+        if best is not None and found.bandwidth_rad_s <= best.bandwidth_rad_s * _RESOLUTION:
+            break  # faster filters let more noise through, and nothing else asks for them
+        best = found
+    return best if best is not None and known.taken(best.gains) else None
+
+
+def _highest_with(known: _Known) -> GainDesign | None:
+    """The same with one filter, by bisection."""
     lowest = known.lowest
     highest = min(0.5 / known.hardware.sample_period_s, known.ground.most_rad_s)
     if not known.acceptable(lowest):
@@ -370,8 +389,7 @@ def _highest_acceptable(known: _Known) -> GainDesign | None:
             lowest = middle
         else:
             highest = middle
-    found = known.design(lowest)
-    return found if known.taken(found.gains) else None
+    return known.design(lowest)
 
 
 def _coulomb_smoothing(axis: AxisModel, hardware: LoopHardware) -> float:

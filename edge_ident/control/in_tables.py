@@ -5,6 +5,7 @@ between entries. It fades out with the speed as they do (`edge_ident.control.law
 entry goes beyond what the board takes.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -48,7 +49,8 @@ def with_repeating(
 def _in_curve(gains: AxisGains, repeating: Repeating, hardware: LoopHardware) -> AxisGains:
     used = any((*gains.friction_forward, *gains.friction_backward))
     top = gains.friction_top_speed_rad_s if used else repeating.grid.top_speed
-    nodes = np.arange(FRICTION_ENTRIES) * np.sqrt(top / repeating.grid.top_speed)
+    apart = math.sqrt(top / repeating.grid.top_speed)
+    nodes = apart * np.arange(FRICTION_ENTRIES, dtype=np.float64)
     forward, backward, *_ = repeating.tables
     return replace(
         gains,
@@ -65,7 +67,7 @@ def _in_tables(
     start, step = repeating.grid.start, repeating.grid.step
     if used:
         start, step = gains.table_start_rad, gains.table_step_rad
-    at = start + step * np.arange(TABLE_ENTRIES)
+    at = start + step * np.arange(TABLE_ENTRIES, dtype=np.float64)
     nodes = (at - repeating.grid.start) / repeating.grid.step
     *_, load, friction = repeating.tables
     changed = replace(
@@ -87,7 +89,7 @@ def _added(
 ) -> tuple[float, ...]:
     """A table of the law with entries that lie elsewhere."""
     found = np.array(getattr(gains, name)) + np.interp(
-        nodes, np.arange(len(entries)), entries, left=0.0, right=0.0
+        nodes, np.arange(len(entries), dtype=np.float64), entries, left=0.0, right=0.0
     )
     if hardware.gain_maximum is not None:
         most = np.array(getattr(hardware.gain_maximum, name))

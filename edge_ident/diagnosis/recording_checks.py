@@ -226,6 +226,7 @@ def _controllers_law(
             "is the loop, not the machine",
             _INDEPENDENT_EXCITATION,
             blocks=True,
+            contradicts=True,
         )
     ]
 

@@ -125,6 +125,7 @@ def _wrong_sign(columns: Columns, effort: Array) -> list[Finding]:
             "are all negative: the effort has the wrong sign against the position",
             "multiply the effort column, or the position column, by -1",
             blocks=True,
+            contradicts=True,
         )
     ]
 
@@ -144,6 +145,7 @@ def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
             "check which signal the effort column holds; a computed velocity belongs in a column "
             "<axis>_velocity_rad_s or _m_s",
             blocks=True,
+            contradicts=True,
         )
     ]
 
@@ -187,6 +189,7 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
             + ", or ".join(reasons),
             f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
             blocks=judged,
+            contradicts=judged,
         )
     ]
 
@@ -259,5 +262,6 @@ def _unrelated(columns: Columns, effort: Array) -> list[Finding]:
             "the effort is noise",
             "check that effort and position come from the same axis and the same time",
             blocks=True,
+            contradicts=True,
         )
     ]

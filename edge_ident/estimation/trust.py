@@ -37,6 +37,8 @@ _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
 _OF_THE_MOTION: Final = ("inseparable", "negative_", "undetermined_")
 """Beginnings of the codes of findings that a livelier motion settles."""
+OF_PARAMETERS: Final = (*_OF_THE_MOTION, "estimators_disagree_")
+"""Beginnings of the codes of findings against single parameters, whose names follow."""
 _SPOKEN: Final = {"negative_inertia": "inertia cannot be told from a spring"}
 """At one frequency, the effort of a spring is that of a negative inertia."""
 _TINY: Final = np.finfo(float).tiny
@@ -52,13 +54,16 @@ class Finding:
     message, next_step : str
         One line each.
     blocks : bool
-        Whether the estimate must not be acted on.
+        Whether the parameters count as not known.
+    contradicts : bool
+        Whether the data contradict themselves, so that nothing follows from them: no gains, either.
     """
 
     code: str
     message: str
     next_step: str
     blocks: bool
+    contradicts: bool = False
 
 
 def check_estimate(

@@ -88,5 +88,6 @@ def _unknown(signals: Signals) -> list[Finding]:
             "value, or samples are missing; this part was not used",
             "record with a larger range of the effort, a gentler motion, and without pauses",
             blocks=share > UNKNOWN_LIMIT,
+            contradicts=share > UNKNOWN_LIMIT,
         )
     ]

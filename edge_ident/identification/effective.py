@@ -15,6 +15,7 @@ Celisse, A survey of cross-validation procedures, Statistics Surveys 4 (2010).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -53,7 +54,8 @@ class EffectiveAxis:
     repeating : Repeating or None
         What repeats beside it.
     spread : (B, 4 + R) array
-        Times B standard normal numbers, how all numbers of the fit may be off together.
+        Times B standard normal numbers, how base parameters and entries of what repeats may be off
+        together.
     left : float
         What all of it leaves of the effort, rms over rms.
     """
@@ -97,13 +99,16 @@ def effective_axis(
     if ridge is None:
         found, spread = found[:_BASE], spread[:, :_BASE]
     std = np.sqrt(np.sum(spread[:, :_BASE] ** 2, axis=0))
+    left = rows.effort - rows.columns[:, : len(found)] @ found
     units = recordings[0].axes[name].units
     base = base_axis(Estimate(found[:_BASE], std), *units, rows.seen)
     model = AxisModel((*base.terms, *effects), *units)
-    left = rows.effort - rows.columns[:, : len(found)] @ found
     share = float(np.linalg.norm(left) / max(float(np.linalg.norm(rows.effort)), _TINY))
     repeating = None if ridge is None else Repeating(rows.grid, found[_BASE:])
     return EffectiveAxis(model, repeating, spread, share)
+
+
+_Part = tuple[Array, Array, Array, NDArray[np.intp]]
 
 
 @dataclass(frozen=True)
@@ -113,6 +118,7 @@ class _Rows:
     Attributes
     ----------
     columns : (N, 4 + R) array
+        Of the base model and of what repeats.
     effort : (N,) array
         Both over what a line leaves of the recording.
     stretch : (N,) array of int
@@ -131,7 +137,9 @@ class _Rows:
     ) -> "_Rows":
         parts = [_part(recording, name, effects, late_s) for recording in recordings]
         regressor, effort, position, stretch = map(np.concatenate, zip(*parts, strict=True))
-        weight = np.concatenate([np.full(len(part[1]), 1.0 / _left_by_line(part)) for part in parts])
+        weight = np.concatenate(
+            [np.full(len(part[1]), 1.0 / _left_by_line(part)) for part in parts]
+        )
         firsts = np.cumsum([0] + [int(part[3][-1]) + 1 for part in parts[:-1]])
         stretch += np.repeat(firsts, [len(part[3]) for part in parts])
         grid = Grid.over(position, regressor[:, 1])
@@ -141,9 +149,7 @@ class _Rows:
         return cls(columns, weight * effort, stretch, grid, seen)
 
 
-def _part(
-    recording: Recording, name: str, effects: Sequence[Term], late_s: float
-) -> tuple[Array, Array, Array, NDArray[np.intp]]:
+def _part(recording: Recording, name: str, effects: Sequence[Term], late_s: float) -> _Part:
     """Regressor, effort, position and stretch at the samples of one recording that tell."""
     units = recording.axes[name].units
     known = None
@@ -162,8 +168,8 @@ def _part(
     return signals.regressor[samples], signals.effort[samples], position[samples], stretch
 
 
-def _left_by_line(part: tuple[Array, Array, Array, NDArray[np.intp]]) -> float:
-    """What a line of its own leaves of a recording: noise of the motion, and what is unexplained."""
+def _left_by_line(part: _Part) -> float:
+    """What a line of its own leaves of a recording: noise, and what is unexplained."""
     regressor, effort, *_ = part
     line = np.linalg.lstsq(regressor, effort, rcond=None)[0]
     return max(rms(effort - regressor @ line), _TINY)
@@ -184,7 +190,7 @@ class _Sums:
         length[_BASE:] = np.sqrt(np.mean(length[_BASE:] ** 2))
         unit = rows.columns / length
         bounds = np.flatnonzero(np.diff(rows.stretch, prepend=-1, append=-1))
-        parts = [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+        parts = [slice(a, b) for a, b in pairwise(bounds)]
         return cls(
             np.stack([unit[p].T @ unit[p] for p in parts]),
             np.stack([unit[p].T @ rows.effort[p] for p in parts]),

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.trust import Finding
+from edge_ident.estimation.trust import OF_PARAMETERS, Finding
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.model.model import AxisModel, Estimate, Model, effect_names
+from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.timing import Timing
 from edge_ident.signals.metrics import Metric
 from edge_ident.support.readable import Readable
@@ -142,6 +142,21 @@ class AxisIdentification:
         """Whether nothing found forbids acting on the estimate."""
         return not any(finding.blocks for finding in self.findings)
 
+    @property
+    def consistent(self) -> bool:
+        """Whether the data agree with themselves; if not, nothing follows from them."""
+        return not any(finding.contradicts for finding in self.findings)
+
+    @property
+    def known(self) -> tuple[bool, bool, bool, bool]:
+        """Whether each parameter is known: its interval is worth acting on."""
+        doubted = [f.code for f in self.findings if f.blocks and f.code.startswith(OF_PARAMETERS)]
+        sure = self.consistent and "inseparable" not in doubted
+        inertia, viscous, coulomb, offset = (
+            sure and not any(code.endswith(name) for code in doubted) for name in PARAMETERS
+        )
+        return inertia, viscous, coulomb, offset
+
 
 @dataclass(frozen=True, repr=False)
 class Identification(Readable):
@@ -170,6 +185,11 @@ class Identification(Readable):
     def trusted(self) -> bool:
         """Whether every axis is."""
         return all(axis.trusted for axis in self.axes.values())
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the data of every axis agree with themselves."""
+        return all(axis.consistent for axis in self.axes.values())
 
     @property
     def model(self) -> Model:

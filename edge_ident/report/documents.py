@@ -126,6 +126,7 @@ def finding_document(finding: Finding) -> dict[str, Any]:
         "message": finding.message,
         "next_step": finding.next_step,
         "blocks": finding.blocks,
+        "contradicts": finding.contradicts,
     }
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from edge_ident.commissioning.run import VERIFICATION_FILE
+from edge_ident.commissioning.rounds import VERIFICATION_FILE
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify

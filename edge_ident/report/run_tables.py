@@ -58,7 +58,7 @@ def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
 def _trust_lines(outcome: Outcome) -> Iterator[Text]:
     """As of the identification, unless the motions with the new gains spoke against them."""
     change, axes = outcome.change, outcome.identification.axes
-    if outcome.trusted or change is None:
+    if outcome.good or change is None:
         yield from trust_lines(outcome.identification)
         return
     for name, effects in change.contradicted.items():

@@ -72,7 +72,8 @@ def _within_bounds(
     term: Term, drawn: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, float | NDArray[np.float64]]:
     """Drawn values as far as physics allows them."""
-    bounds, found = named(term.effect).bounds, {}
+    bounds = named(term.effect).bounds
+    found: dict[str, float | NDArray[np.float64]] = {}
     for name, values in drawn.items():
         low, high = bounds[name]
         least = _LEAST_SHARE * float(values[0]) if low >= 0.0 else low

@@ -65,20 +65,22 @@ class GainChange:
             return "try again, along a longer motion"
         if self.contradicted:
             return "take the diagnosis as open: record another motion, and diagnose both recordings"
-        where = f" of axis {listed(self._blamed)}" if self._blamed else ""
+        where = f" of axis {listed(self.blamed)}" if self.blamed else ""
         return (
             f"look for play or a resonance{where}; record another motion, and diagnose both "
             "recordings; or take a lower --bandwidth"
         )
 
     @property
-    def _blamed(self) -> list[str]:
-        """Axes that follow worse than before or than promised."""
-        motions, promise = self._motions.values(), self.promise
-        axes = {a for of in motions for a, t in of.axes.items() if t.verdict == "worse"}
-        if promise is not None:
-            axes |= {a for _, a, of in promise.every if of.kept(promise.judged) is False}
-        return sorted(axes)
+    def blamed(self) -> list[str]:
+        """Axes for which the new gains were rolled back."""
+        axes = {
+            axis
+            for of in self._motions.values()
+            for axis, tracking in of.axes.items()
+            if tracking.verdict not in ("better", "equal")
+        }
+        return sorted(axes) if self.verification is not None and not self.confirmed else []
 
     @property
     def conclusion(self) -> str:
@@ -90,20 +92,23 @@ class GainChange:
             return _why_nothing(self.promise)
         if self.verification is None:
             return "gains restored and confirmed"
-        ratios = ", ".join(
-            f"{axis} {tracking.ratio:.1f} times"
-            for axis, tracking in self.verification.axes.items()
-        )
         if not self.confirmed:
-            return f"{self._why_rolled_back} (ratio: {ratios}){self._contradiction}"
+            falls = "; ".join(f"{axis} {of.fall}" for axis, of in self.verification.axes.items())
+            return f"{self._why_rolled_back} (tracking error: {falls}){self._contradiction}"
         if self.verification.verdict == "equal":
             return "new gains confirmed; the tracking error is unchanged within its repeatability"
         axes = self.verification.axes
         fell = [axis for axis, tracking in axes.items() if tracking.verdict == "better"]
-        smaller = ", ".join(f"{axis} {axes[axis].ratio:.1f} times" for axis in fell)
+        smaller = "; ".join(f"{axis} {axes[axis].fall}" for axis in fell)
         same = listed(axis for axis in axes if axis not in fell)
         beside = f"; {same}: unchanged within its repeatability" if same else ""
-        return f"new gains confirmed; the tracking error fell: {smaller}{beside}"
+        return f"new gains confirmed; the tracking error fell: {smaller}{beside}{self._broken}"
+
+    @property
+    def _broken(self) -> str:
+        """What was promised and not kept by gains that stay."""
+        broken = "" if self.promise is None else listed(self.promise.broken)
+        return f"; more was promised than was measured ({broken})" if broken else ""
 
     @property
     def _why_rolled_back(self) -> str:
@@ -112,10 +117,17 @@ class GainChange:
         chance = ", perhaps by chance," if self.in_doubt else ""
         against = [motion for motion, of in self._motions.items() if not of.keeps]
         where = f" on the {' and the '.join(against)}" if any(against) else ""
-        if against:
-            return f"new gains increased the tracking error{where}{chance} and were rolled back"
-        broken = "" if self.promise is None else ", ".join(self.promise.broken)
-        return f"new gains did not keep what was promised ({broken}) and were rolled back"
+        if lively := self._lively:
+            return f"new gains made axis {listed(lively)} too lively and were rolled back"
+        return f"new gains increased the tracking error{where}{chance} and were rolled back"
+
+    @property
+    def _lively(self) -> list[str]:
+        """Axes that are too lively, where none follows worse."""
+        verdicts = {axis: of.verdict for v in self._motions.values() for axis, of in v.axes.items()}
+        if "worse" in verdicts.values():
+            return []
+        return [axis for axis, verdict in verdicts.items() if verdict == "too lively"]
 
     @property
     def _motions(self) -> Mapping[str, Verification]:
@@ -126,8 +138,7 @@ class GainChange:
     def in_doubt(self) -> bool:
         """Whether the gains were rolled back for a doubt alone."""
         verdicts = {of.verdict for of in self._motions.values()}
-        broken = self.promise is not None and bool(self.promise.broken)
-        return "in doubt" in verdicts and "worse" not in verdicts and not broken
+        return "in doubt" in verdicts and not verdicts & {"worse", "too lively"}
 
     @property
     def _changed(self) -> str:

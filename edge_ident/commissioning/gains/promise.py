@@ -10,7 +10,8 @@ force err alike, quite different ones do not.
 A promise is worth a write if on some axis and motion the rms error falls by `WORTH` and by more
 than the forecast of 'now' was off, and on none it would certainly grow. It is kept if no measured
 error is above its limit. All errors of a right forecast together stay below their limits in 95 of
-100 cases, so a limit lies above the end of its interval.
+100 cases, so a limit lies above the end of its interval. A promise that is not kept takes no gains
+back: it makes the intervals of later forecasts for the same machine as much wider.
 """
 
 import math
@@ -71,7 +72,9 @@ class Expected:
     high_rad: float
 
     @classmethod
-    def of(cls, drawn: Array, factor: float = 1.0, read_rad: float = 0.0) -> "Expected":
+    def of(
+        cls, drawn: Array, factor: float = 1.0, read_rad: float = 0.0, disbelief: float = 0.0
+    ) -> "Expected":
         """From draws, corrected by a factor of which the interval is as much wider.
 
         Parameters
@@ -80,12 +83,14 @@ class Expected:
         factor : float
         read_rad : float
             To how much it is read; half of that is added at both ends.
+        disbelief : float
+            Logarithm by which such forecasts were off before.
         """
         middle = float(median(drawn))
         if not (math.isfinite(middle) and middle > 0.0):
             return cls(middle, 0.0, math.inf)
         ends = np.log([max(float(np.min(drawn)), _TINY) / middle, float(np.max(drawn)) / middle])
-        low, high = np.hypot(ends, math.log(factor))
+        low, high = np.hypot(ends, math.hypot(math.log(factor), disbelief))
         corrected = factor * middle
         below, above = corrected * math.exp(-low), corrected * math.exp(high)
         return cls(corrected, max(below - 0.5 * read_rad, 0.0), above + 0.5 * read_rad)
@@ -133,13 +138,15 @@ class Promised:
     measured: Errors | None = None
 
     @classmethod
-    def of(cls, error: Array, now: Drawn, after: Drawn, count_rad: float) -> "Promised":
+    def of(
+        cls, error: Array, now: Drawn, after: Drawn, count_rad: float, disbelief: float = 0.0
+    ) -> "Promised":
         """From the error measured now (N,), and the draws of now and after."""
         measured, alike = Errors.of(error), now.alike(after)
         expected = [
             (
                 Expected.of(of_now, 1.0, read_rad),
-                Expected.of(of_after, _missed(found, of_now) ** alike, read_rad),
+                Expected.of(of_after, _missed(found, of_now) ** alike, read_rad, disbelief),
             )
             for found, of_now, of_after, read_rad in (
                 (measured.rms_rad, now.rms_rad, after.rms_rad, COUNTS * count_rad),
@@ -225,6 +232,11 @@ class Promise:
         promised = [of_axis for *_, of_axis in self.every]
         return any(p.worth_a_write for p in promised) and not any(p.worse for p in promised)
 
+    def useful(self, axis: str) -> bool:
+        """Whether an axis gains enough on a motion, and would certainly follow worse on none."""
+        promised = [of_axis for _, name, of_axis in self.every if name == axis]
+        return any(p.worth_a_write for p in promised) and not any(p.worse for p in promised)
+
     @property
     def best(self) -> float:
         """Largest improvement of an rms error."""
@@ -249,6 +261,21 @@ class Promise:
         """Errors that are judged together: rms and peak of every axis on every motion."""
         return 2 * len(self.every)
 
+    @property
+    def missed(self) -> float:
+        """Logarithm of the largest measured error over what was forecast; zero where none is
+        larger. Half a count more or less is the encoder's."""
+        ratios = [
+            found / max(expected.high_rad, of.count_rad)
+            for *_, of in self.every
+            if of.measured is not None
+            for found, expected in (
+                (of.measured.rms_rad, of.after.rms),
+                (of.measured.peak_rad - of.count_rad, of.after.peak),
+            )
+        ]
+        return math.log(max([1.0, *ratios]))
+
     def with_motion(self, name: str, axes: Mapping[str, Promised]) -> "Promise":
         """The promise with one motion more."""
         return Promise({**self.motions, name: axes})
@@ -272,6 +299,7 @@ def promised(
     hardware: Mapping[str, LoopHardware],
     active: Bank,
     wanted: Bank,
+    disbelief: float = 0.0,
 ) -> dict[str, Promised]:
     """What new gains promise on a motion that was recorded with those in force, by axis.
 
@@ -281,10 +309,14 @@ def promised(
     grounds : Grounds
     hardware : mapping of axis name to LoopHardware
     active, wanted : mapping of axis name to AxisGains
+    disbelief : float
+        Logarithm by which forecasts for this machine were off before.
     """
     now, after = drawn_errors(moved, grounds, hardware, (active,), (wanted,))
     return {
-        name: Promised.of(moved.errors(name), now[name], after[name], of.encoder_resolution_rad)
+        name: Promised.of(
+            moved.errors(name), now[name], after[name], of.encoder_resolution_rad, disbelief
+        )
         for name, of in hardware.items()
     }
 

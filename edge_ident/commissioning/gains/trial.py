@@ -1,8 +1,9 @@
 """New gains on trial: what they promise, and what two motions say of that.
 
-The order is: forecast on the motion that was just made; the second motion with the old gains;
-forecast on that one too; write; both motions with the new gains; verdict. So everything that judges
-the new gains is in hand, or promised, before they are written.
+The order is: forecast on the motion that was made with the gains in force; the second motion with
+them, unless it was made; forecast on that one too; write; both motions with the new gains; verdict.
+So everything that judges the new gains is in hand, or promised, before they are written. What the
+motions with the new gains measured decides, not what was promised.
 """
 
 import logging
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.liveliness import liveliness
 from edge_ident.commissioning.gains.motor_way import of_motor
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import Errors, Promise, promised
@@ -58,6 +60,11 @@ class Recorded:
     motion: NamedMotion
     capture: Capture
     file: str
+
+    @property
+    def recording(self) -> Recording:
+        """What was recorded of it."""
+        return self.capture.recording
 
 
 @dataclass(frozen=True)
@@ -125,6 +132,8 @@ class Trial:
     file : Path or None
         For the recording of the first verification motion.
     watch : Stopwatch
+    disbelief : float
+        Logarithm by which forecasts for this machine were off before.
 
     Attributes
     ----------
@@ -134,6 +143,8 @@ class Trial:
         Of the motions that were done with the old gains so far.
     second : Recorded or None
         The second motion with the old gains, once it was made.
+    after : dict of motion to Recorded
+        Motions with the new gains.
     """
 
     def __init__(
@@ -144,7 +155,9 @@ class Trial:
         observer: Observer,
         file: Path | None,
         watch: Stopwatch,
+        disbelief: float = 0.0,
     ) -> None:
+        self._disbelief = disbelief
         self._board, self.wanted, self._before = board, wanted, before
         self._observer, self._file, self._watch = observer, file, watch
         self.active, self._limits = board.active_gains(), board.limits()
@@ -153,8 +166,17 @@ class Trial:
         self._recorded: dict[str, Recording] = {before.first.name: before.capture.recording}
         self.promise = Promise({})
         self.second = before.recorded
+        self.after: dict[str, Recorded] = {}
         self._running: RunningCommit | None = None
         self._forecast(before.first)
+
+    def forecast_all(self) -> Promise:
+        """The promise on all motions that were made with the gains in force."""
+        if self.second is not None and self.second.motion.name not in self.promise.motions:
+            self._motions.append(self.second.motion)
+            self._recorded[self.second.motion.name] = self.second.capture.recording
+            self._forecast(self.second.motion)
+        return self.promise
 
     def worth_a_write(self) -> bool:
         """Whether the forecast is worth a write, on the second motion too.
@@ -166,13 +188,8 @@ class Trial:
         """
         if not self.promise.worth_a_write:
             return False
-        if self.second is None:
-            self.second = self._move_second()
-        motion = self.second.motion
-        self._motions.append(motion)
-        self._recorded[motion.name] = self.second.capture.recording
-        self._forecast(motion)
-        return self.promise.worth_a_write
+        self.move_second()
+        return self.forecast_all().worth_a_write
 
     def write(self) -> None:
         """Put the new gains in force, unconfirmed."""
@@ -192,22 +209,21 @@ class Trial:
         errors: dict[str, dict[str, Errors]] = {}
         tracking: dict[str, float] = {}
         for motion in self._motions:
-            capture = self._verified(motion)
+            capture, file = self._verified(motion)
+            self.after[motion.name] = Recorded(motion, capture, file)
             tracking = tracking or capture.tracking_rms_rad
-            count_rad = self._board.identity.encoder_resolution_rad
             trajectory = motion.trajectory
             before = of_motor(self._recorded[motion.name], self.active, trajectory)
             after = of_motor(capture.recording, self.wanted, trajectory)
-            found[motion.name] = compare_motions(before, after, count_rad)
+            found[motion.name] = self._compared(before, after)
             moved = RecordedMotion.along(after, trajectory)
             errors[motion.name] = {axis: Errors.of(moved.errors(axis)) for axis in moved.references}
             self.promise = self.promise.measured(errors)
-            if not found[motion.name].keeps or self.promise.broken:
+            if not found[motion.name].keeps:
                 break
         first, *others = found.items()
-        kept = all(of.keeps for of in found.values()) and not self.promise.broken
         return GainChange(
-            confirmed=kept,
+            confirmed=all(of.keeps for of in found.values()),
             verification=first[1],
             tracking_after_rad=tracking,
             others=dict(others),
@@ -216,19 +232,35 @@ class Trial:
             running=self._running,
         )
 
+    def _compared(self, before: Recording, after: Recording) -> Verification:
+        """A motion with the old gains and with the new ones, of which none may be too lively."""
+        found = compare_motions(before, after, self._board.identity.encoder_resolution_rad)
+        model = self._before.grounds.model
+        lively = {
+            axis: liveliness(record, self.wanted[axis], model.axes[axis], self._hardware[axis])
+            for axis, record in after.axes.items()
+        }
+        return found.with_liveliness(lively)
+
     def _forecast(self, motion: NamedMotion) -> None:
         """Add what is promised on a motion that was done with the old gains."""
         with self._watch.stage("last_sample_to_verified"), self._watch.stage("forecast"):
             moved = RecordedMotion.along(self._recorded[motion.name], motion.trajectory)
             led = of_motor(moved.recording, self.active, motion.trajectory)
             moved = replace(moved, recording=led)
-            axes = promised(moved, self._before.grounds, self._hardware, self.active, self.wanted)
+            banks = self.active, self.wanted
+            axes = promised(moved, self._before.grounds, self._hardware, *banks, self._disbelief)
             self.promise = self.promise.with_motion(motion.name, axes)
         for axis, of_axis in axes.items():
             log.info("axis %s on the %s: %s", axis, motion.name, of_axis)
 
-    def _move_second(self) -> Recorded:
-        """The second motion with the old gains."""
+    def move_second(self) -> Recorded:
+        """The second motion with the old gains, made where it was not made yet."""
+        if self.second is None:
+            self.second = self._moved_second()
+        return self.second
+
+    def _moved_second(self) -> Recorded:
         before, board = self._before, self._board
         model, limits = before.grounds.model, self._limits
         fitting = within_limits(before.second, model, self.active, limits)
@@ -243,14 +275,18 @@ class Trial:
             board.leave_to_rest()
         return Recorded(second, capture, "" if file is None else file.name)
 
-    def _verified(self, motion: NamedMotion) -> Capture:
-        """A motion with the new gains."""
+    def _verified(self, motion: NamedMotion) -> tuple[Capture, str]:
+        """A motion with the new gains, and the name of its file."""
         first = motion is self._motions[0]
         self._observer.stage("verification motion" if first else "second verification motion")
         file = self._file if first else self._beside("verification", motion)
         with self._watch.stage("verification"):
-            return verification_motion(self._board, motion, self._observer, file)
+            capture = verification_motion(self._board, motion, self._observer, file)
+        return capture, "" if file is None else file.name
 
     def _beside(self, kind: str, motion: NamedMotion) -> Path | None:
         """Where a recording of the second motion goes."""
-        return None if self._file is None else self._file.with_name(f"{kind}_{motion.name}.npz")
+        if self._file is None:
+            return None
+        stem = self._file.stem if kind == "verification" else kind
+        return self._file.with_name(f"{stem}_{motion.name}.npz")

@@ -7,6 +7,8 @@ scatters from one segment to the next: chance changes there, and of what the gai
 Gains are
 
 - worse, if on any axis the rms error grew by more than the motion repeats;
+- too lively, if an axis answers more than noise explains (`liveliness`): such a loop is on its way
+  to oscillate, however small its error is;
 - in doubt, if it grew by less than that, but by more than means nothing; or if an axis did not
   follow at least twice as closely, and the machine itself changed between the two motions;
 - better, if it fell by more than the motion repeats on one axis and grew on none;
@@ -39,7 +41,7 @@ from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.board import Board
 
 Array = NDArray[np.float64]
-Verdict = Literal["better", "equal", "in doubt", "worse"]
+Verdict = Literal["better", "equal", "in doubt", "too lively", "worse"]
 
 _SEGMENTS: Final = 64
 _STANDARD_ERRORS: Final = 2.0
@@ -63,6 +65,10 @@ class Tracking:
     machine_changed : float
         Share of the effort by which the machine itself changed between the motions; zero where it
         did not, or was not asked for.
+    count_rad : float
+        Of the encoder.
+    liveliness : float
+        What the loop answers above its bandwidth, over the most that is harmless.
     """
 
     before_rad: float
@@ -70,6 +76,8 @@ class Tracking:
     repeatability_rad: float
     resolved_rad: float
     machine_changed: float = 0.0
+    count_rad: float = 0.0
+    liveliness: float = 0.0
 
     @property
     def verdict(self) -> Verdict:
@@ -77,6 +85,8 @@ class Tracking:
         grown = self.after_rad - self.before_rad
         if grown > self.repeatability_rad:
             return "worse"
+        if self.liveliness > 1.0:
+            return "too lively"
         if grown > self.resolved_rad or self.machine_changed > SHARE:
             return "in doubt"
         return "better" if -grown > self.repeatability_rad else "equal"
@@ -91,6 +101,11 @@ class Tracking:
         """How many times smaller the error became."""
         return self.before_rad / max(self.after_rad, 1e-12)
 
+    @property
+    def fall(self) -> str:
+        """From which error to which; a ratio only where rounding to counts does not make it."""
+        return error_fall(self.before_rad, self.after_rad, self.count_rad)
+
 
 @dataclass(frozen=True)
 class Verification:
@@ -102,7 +117,7 @@ class Verification:
     def verdict(self) -> Verdict:
         """Verdict of the worst axis; better if one is better and none is worse."""
         found = {tracking.verdict for tracking in self.axes.values()}
-        decisive: tuple[Verdict, ...] = ("worse", "in doubt", "better")
+        decisive: tuple[Verdict, ...] = ("worse", "too lively", "in doubt", "better")
         return next((verdict for verdict in decisive if verdict in found), "equal")
 
     @property
@@ -110,11 +125,39 @@ class Verification:
         """Whether nothing speaks against the new gains."""
         return self.verdict in ("better", "equal")
 
+    def with_liveliness(self, lively: Mapping[str, float]) -> "Verification":
+        """The same with the liveliness of every axis."""
+        axes = {axis: replace(of, liveliness=lively[axis]) for axis, of in self.axes.items()}
+        return Verification(axes)
+
     @property
     def machine_changed(self) -> Mapping[str, float]:
         """Share by which the machine changed, by axis, where that means anything."""
         shares = {axis: tracking.machine_changed for axis, tracking in self.axes.items()}
         return {axis: share for axis, share in shares.items() if share > SHARE}
+
+
+def error_fall(before_rad: float, after_rad: float, count_rad: float) -> str:
+    """What became of an error, in words.
+
+    Reference and position both lie on the encoder's grid, so what is below one count is mostly
+    rounding: of it nobody can say how many times smaller it is.
+
+    Parameters
+    ----------
+    before_rad, after_rad : float
+        Rms.
+    count_rad : float
+        Of the encoder.
+    """
+    begin = f"from {1e3 * before_rad:.3g}"
+    if before_rad < count_rad:
+        return f"{begin} to {1e3 * after_rad:.3g} mrad, both below one encoder count"
+    if after_rad < count_rad:
+        return f"{begin} mrad to below one encoder count ({1e3 * count_rad:.2g} mrad)"
+    smaller = before_rad / max(after_rad, 1e-12)
+    times = f", {smaller:.3g} times smaller" if smaller >= _CLEARLY_BETTER else ""
+    return f"{begin} to {1e3 * after_rad:.3g} mrad{times}"
 
 
 def compare_motions(before: Recording, after: Recording, count_rad: float) -> Verification:
@@ -139,8 +182,9 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
         chance = _STANDARD_ERRORS * error / max(rms_before + rms_after, 1e-12)
         resolved = _resolved_rad(rms_before, count_rad)
         tracking = Tracking(
-            float(rms_before), float(rms_after), float(max(chance, resolved)), float(resolved)
-        )
+            float(rms_before), float(rms_after), float(max(chance, resolved)), float(resolved),
+            count_rad=count_rad,
+        )  # fmt: skip
         if tracking.verdict != "worse" and tracking.ratio < _CLEARLY_BETTER:
             share = changed_share((before.time_s, after.time_s), (record, after.axes[axis]))
             tracking = replace(tracking, machine_changed=share)

@@ -192,6 +192,14 @@ def left_safe(board: Board, say: Callable[[str], None] | None = None) -> Iterato
         raise
 
 
+def leave_confirmed(board: Board) -> None:
+    """Stop after an interruption, with the gains that were confirmed last; the effort stays on."""
+    with deaf_to_interrupts():
+        if not board.status().at_rest:
+            board.quick_stop()
+        _roll_back_unconfirmed(board)
+
+
 def stop_at_once(board: Board) -> bool:
     """Stop the machine; false where it could not be told to, which is noted."""
     return _attempt("stop", board.quick_stop)

@@ -5,13 +5,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
 from edge_ident.commissioning.motion.capture import Capture, Enough, capture_motion
 from edge_ident.commissioning.motion.homing import move_to
 from edge_ident.commissioning.motion.observer import Observer
+from edge_ident.commissioning.study.computing import Budget, Progress, computed
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
 from edge_ident.errors import DataError
@@ -28,6 +29,8 @@ from firmware_interface.board import Board
 from firmware_interface.motion import Staircase, Trajectory, reference
 
 log = logging.getLogger(__name__)
+
+_T = TypeVar("_T")
 
 CAPTURE_FILE: Final = "capture.npz"
 _REHEARSED_NOISE: Final = 0.02
@@ -62,6 +65,8 @@ class Study:
         Identification motions in all.
     most_s : float
         Their duration in all, as designed, lead-ins included.
+    budget : Budget
+        Computing time of the diagnosis.
     """
 
     board: Board
@@ -75,6 +80,12 @@ class Study:
     diagnose: bool = True
     most_motions: int = 1
     most_s: float = inf
+    budget: Budget = field(default_factory=Budget)
+
+    def computed(self, work: Callable[[Progress], _T]) -> _T:
+        """Diagnose, or design a motion, within the budget; see `computing`."""
+        with self.watch.stage("diagnosis"):
+            return computed(work, self.budget, progress_on(self), self.board.heartbeat)
 
     def tell(self, line: str) -> None:
         """Say something to the person at the machine, and to the log."""
@@ -184,30 +195,32 @@ def rehearse(study: Study, trajectory: Trajectory) -> None:
         log.info("rehearsal: %s", error.cause)
 
 
-def identified(
-    study: Study, recording: Recording, diagnosed: Mapping[str, AxisDiagnosis] | None = None
-) -> Identification:
-    """Identify what was captured, and say what a diagnosis found."""
+def identified(study: Study, recording: Recording) -> Identification:
+    """Identify what was captured, by the base model and effects that are known."""
     study.observer.stage("identification")
     check_recording(recording)
+    return identify(recording, study.network, model=study.model, seed=study.seed, diagnose=False)
+
+
+def with_diagnoses(
+    study: Study, recording: Recording, diagnosed: Mapping[str, AxisDiagnosis]
+) -> Identification:
+    """Identify what was captured with what a diagnosis found, and say that."""
     found = identify(
         recording,
         study.network,
         model=study.model,
         seed=study.seed,
-        diagnose=study.diagnose,
+        diagnose=False,
         diagnosed=diagnosed,
-        on_progress=progress_on(study),
     )
-    if "diagnosis" in found.timing_ms:
-        study.watch.add("diagnosis", 1e-3 * found.timing_ms["diagnosis"])
     for name, axis in found.axes.items():
         if axis.diagnosis is not None:
             study.tell(f"axis {name}: {axis.diagnosis_sentence}")
     return found
 
 
-def progress_on(study: Study) -> Callable[[str, int, int], None]:
+def progress_on(study: Study) -> Progress:
     """A function that shows progress."""
     shown = ""
 

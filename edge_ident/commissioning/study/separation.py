@@ -8,14 +8,14 @@ their time are used up, or when no motion inside the limits separates what is le
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from edge_ident.commissioning.study.computing import OutOfTimeError
 from edge_ident.commissioning.study.identification_motions import (
     IdentificationMotion,
     Study,
     capture_file,
     captured,
     duration_s,
-    identified,
-    progress_on,
+    with_diagnoses,
 )
 from edge_ident.commissioning.study.livelier_motion import (
     changes_in_doubt,
@@ -85,6 +85,8 @@ def separate(study: Study, made: Sequence[IdentificationMotion]) -> Separation:
             ended = _make_next_motion(study, motions)
         except DataError as error:
             ended = f"no further motion: {error.cause}"
+        except OutOfTimeError as error:
+            ended = error.cause
         if ended:
             return Separation(tuple(motions), ended)
     return Separation(tuple(motions), _conclusion(motions))
@@ -208,13 +210,11 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
     board = study.board
     side = BoardSide(board.limits(), board.active_gains(), board.identity.control_delay_s)
     recordings = [motion.recording for motion in motions]
-    return plan_motion(
-        Diagnosis(_to_separate(study, motions, recordings), (), {}),
-        recordings,
-        study.drive,
-        board=side,
-        seed=study.seed,
-        on_progress=progress_on(study),
+    to_separate = Diagnosis(_to_separate(study, motions, recordings), (), {})
+    return study.computed(
+        lambda progress: plan_motion(
+            to_separate, recordings, study.drive, board=side, seed=study.seed, on_progress=progress
+        )
     )
 
 
@@ -231,11 +231,11 @@ def _to_separate(
     others = [name for name in found.axes if name not in open_axes]
     if not others:
         return open_axes
-    progress = progress_on(study)
-    with study.watch.stage("diagnosis"):
-        beside = diagnose(
+    beside = study.computed(
+        lambda progress: diagnose(
             recordings, model=study.model, stability=False, only=others, on_progress=progress
         )
+    )
     return {
         name: open_axes[name] if name in open_axes else without_causes(beside.axes[name])
         for name in found.axes
@@ -255,15 +255,16 @@ def judged(
         for name, axis in seen.axes.items()
         if name in before or name in made.sought or not axis.adequacy.adequate
     ]
-    with study.watch.stage("diagnosis"):
-        after = diagnose_together(
+    after = study.computed(
+        lambda progress: diagnose_together(
             [motion.recording for motion in motions],
             names,
             before=before,
             plan=made.plan,
             model=study.model,
-            on_progress=progress_on(study),
+            on_progress=progress,
         )
+    )
     found = _reidentified(study, motions, after)
     return replace(made, found=found, ruled_out=_ruled_out(before, after))
 
@@ -277,7 +278,7 @@ def _reidentified(
 
     An extended model is that of all motions; so one on which it is trusted is enough.
     """
-    found = identified(study, motions[0].capture.recording, after)
+    found = with_diagnoses(study, motions[0].capture.recording, after)
     axes = dict(found.axes)
     for made in (motion for motion in motions if motion.sought):
         shown = identify(made.recording, None, model=study.model, diagnose=False, diagnosed=after)

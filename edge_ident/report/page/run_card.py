@@ -53,7 +53,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     found = axis.diagnosis
     causes = () if found is None else found.causes or found.minor
     parts = [named(cause.term.effect).advice.part for cause in distinct(causes)[:3]]
-    good = axis.trusted and outcome.trusted
+    good = axis.trusted and outcome.good
     verdict = _verdict(name, axis, outcome)
     contradicted = outcome.change is not None and name in outcome.change.contradicted
     if causes:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from edge_ident.commissioning.gains.files import BACKUP_FILE
-from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS
@@ -82,7 +82,7 @@ def write_run_page(
     """
     before = load_recording(folder / CAPTURE_FILE)
     verified = outcome.change is not None and outcome.change.verification is not None
-    after = load_recording(folder / VERIFICATION_FILE) if verified else None
+    after = load_recording(folder / outcome.file_after) if verified else None
     axes = outcome.identification.axes
     details = [_details(f"a{n}", name, outcome) for n, name in enumerate(axes)]
     cards = []
@@ -90,7 +90,7 @@ def write_run_page(
         chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}"), device))
     recordings = outcome.captures(folder)
-    recordings += [folder / VERIFICATION_FILE] if verified else []
+    recordings += [folder / outcome.file_after] if verified else []
     promise = outcome.change.promise if outcome.change else None
     content = {
         "title": "What the run found and did",
