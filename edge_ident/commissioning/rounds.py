@@ -27,6 +27,7 @@ from edge_ident.commissioning.study.identification_motions import (
 from edge_ident.commissioning.study.livelier_motion import livelier_motion
 from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.position_loop import LoopHardware
+from edge_ident.errors import DataError
 from edge_ident.identification.effective import EffectiveAxis, effective_axis
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
@@ -160,7 +161,8 @@ class Rounds:
                 return self._nothing(trial, designs)
             self._hear(trial.move_second())
             trial, designs = self._forecast()
-        if not trial.worth_a_write():
+        same = trial.wanted == trial.active
+        if same or not trial.worth_a_write():
             return self._moved_livelier(designs) or self._nothing(trial, designs)
         change = concluded(self._board, trial, worth_a_write=True)
         after = trial.after
@@ -193,7 +195,11 @@ class Rounds:
     def _listen(self, recording: Recording) -> None:
         """Take a motion for the next fit; the shift of the effort is that of the surest motion."""
         self._recordings.append(recording)
-        seen = identify(recording, model=self._study.model, diagnose=False)
+        try:
+            seen = identify(recording, model=self._study.model, diagnose=False)
+        except DataError as error:  # too short by itself
+            log.info("the shift of the effort in this motion: %s", error.cause)
+            return
         for name, axis in seen.axes.items():
             if axis.timing.std_samples < self._timing[name].std_samples:
                 self._timing[name] = axis.timing

@@ -21,6 +21,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import estimation_part
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term, base_axis
@@ -135,7 +136,13 @@ class _Rows:
     def of(
         cls, recordings: Sequence[Recording], name: str, effects: Sequence[Term], late_s: float
     ) -> "_Rows":
-        parts = [_part(recording, name, effects, late_s) for recording in recordings]
+        parts = []
+        for number, recording in enumerate(recordings):
+            try:
+                parts.append(_part(recording, name, effects, late_s))
+            except DataError:
+                if not parts and number == len(recordings) - 1:  # none tells anything
+                    raise
         regressor, effort, position, stretch = map(np.concatenate, zip(*parts, strict=True))
         weight = np.concatenate(
             [np.full(len(part[1]), 1.0 / _left_by_line(part)) for part in parts]

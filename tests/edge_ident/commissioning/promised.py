@@ -4,8 +4,17 @@ from dataclasses import replace
 
 import pytest
 
+from edge_ident.commissioning import rounds
 from edge_ident.commissioning.gains import trial as gain_trial
 from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promised
+from edge_ident.control.gain_design import GainDesign
+from firmware_interface.gains import AxisGains
+
+
+def design_always(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the design of every axis come out as these gains."""
+    found = GainDesign(gains, 1.0, 1.0, 10.0, 0.0)
+    monkeypatch.setattr(rounds, "design", lambda *_, **__: found)
 
 
 def promise_a_share(monkeypatch: pytest.MonkeyPatch, share: float, spread: float = 1.1) -> None:

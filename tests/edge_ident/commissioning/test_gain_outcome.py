@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Tracking, Verification
+from edge_ident.commissioning.gains.verification import Tracking, Verification, error_fall
 
 FINE = Tracking(1e-3, 0.3e-3, 0.05e-3, 0.02e-3)
 GREW = 1.05e-3
@@ -58,7 +58,9 @@ def test_an_axis_without_a_difference_is_not_said_to_follow_better() -> None:
     same = Tracking(1e-3, 1.01e-3, 0.1e-3, 0.02e-3)
     assert same.verdict == "equal"
     conclusion = GainChange(True, verification=Verification({"x": same, "z": FINE})).conclusion
-    assert "fell: z 3.3 times; x: unchanged within its repeatability" in conclusion
+    assert (
+        "fell: z from 1 to 0.3 mrad, 3.33 times smaller; x: unchanged within its repeatability"
+    ) in conclusion
     both = GainChange(True, verification=Verification({"x": FINE, "z": FINE}))
     assert "unchanged" not in both.conclusion
 
@@ -67,3 +69,21 @@ def test_worse_on_one_axis_outweighs_a_doubt_on_another() -> None:
     both = Verification({"x": CHANGED, "z": WORSE})
     assert both.verdict == "worse"
     assert not both.keeps
+
+
+def test_a_loop_that_is_too_lively_is_not_kept_however_small_its_error() -> None:
+    lively = replace(FINE, liveliness=1.5)
+    assert lively.verdict == "too lively"
+    change = rolled_back(multisine=lively)
+    assert change.blamed == ["z"]
+    assert "made axis z too lively and were rolled back" in change.conclusion
+
+
+def test_a_ratio_is_said_only_of_errors_above_what_rounding_makes() -> None:
+    count = 0.75e-3
+    assert error_fall(82e-3, 1.3e-3, count) == "from 82 to 1.3 mrad, 63.1 times smaller"
+    assert error_fall(82e-3, 0.2e-3, count) == (
+        "from 82 mrad to below one encoder count (0.75 mrad)"
+    )
+    assert error_fall(0.3e-3, 0.2e-3, count) == "from 0.3 to 0.2 mrad, both below one encoder count"
+    assert "times" not in error_fall(2e-3, 1.5e-3, count)
