@@ -19,7 +19,6 @@ from edge_ident.cli.options import (
     Details,
     ModelFile,
     NetworkOptions,
-    NoDiagnose,
     ResultOptions,
     Seed,
     deliver,
@@ -102,6 +101,38 @@ class MotionOptions:
 
 
 @dataclass(frozen=True)
+class DiagnosisOptions:
+    """Whether and when a run finds out what the base model lacks."""
+
+    no_diagnose: Annotated[
+        bool,
+        typer.Option(
+            "--no-diagnose",
+            envvar="EDGE_IDENT_NO_DIAGNOSE",
+            help="Do not diagnose axes whose base model is not enough.",
+        ),
+    ] = False
+    diagnose_first: Annotated[
+        bool,
+        typer.Option(
+            "--diagnose-first",
+            envvar="EDGE_IDENT_DIAGNOSE_FIRST",
+            help="Diagnose before any gains are written, and not afterwards.",
+        ),
+    ] = False
+    diagnose_within: Annotated[
+        float,
+        typer.Option(
+            "--diagnose-within",
+            min=0.0,
+            metavar="NUMBER",
+            envvar="EDGE_IDENT_DIAGNOSE_WITHIN",
+            help="Longest time for the diagnosis of all axes, s; its motions are not counted.",
+        ),
+    ] = 60.0
+
+
+@dataclass(frozen=True)
 class GainOptions:
     """How gains are designed and whether they are kept."""
 
@@ -128,18 +159,23 @@ def run(
     network: NetworkOptions,
     model: ModelFile = None,
     seed: Seed = 0,
-    no_diagnose: NoDiagnose = False,
+    diagnosis: DiagnosisOptions,
     faults: HideOptions,
     details: Details = False,
     results: ResultOptions,
 ) -> None:
-    """Move the axes, identify the drive, design gains, write them, and verify them by a motion.
+    """Move the axes, identify the drive, design gains, write them, and verify them by motions.
 
-    Where a diagnosis leaves several explanations, further motions are designed, announced and made.
-    The gains are read back after writing. They are confirmed if two motions show the tracking error
-    that was promised and nothing is in doubt; otherwise the old gains are restored. The results are
-    printed and written to the folder given by --output, where no file is written over. Without
-    it, each run has a folder by date and time in edge-ident-runs, or in that of the setting.
+    The gains are for the machine as it is, explained or not, and keep their margins wherever its
+    parameters lie in their intervals. They are read back after writing, and stay if no axis follows
+    worse on two motions; otherwise the old gains are restored. All motions are data for better
+    gains, which are written while the forecast promises 5 % more, three times at most.
+
+    Then the axes whose base model is not enough are diagnosed. Where that leaves several
+    explanations, further motions are designed, announced and made. Ctrl-C ends it, and what was
+    confirmed stays. The results are printed and written to the folder given by --output, where no
+    file is written over. Without it, each run has a folder by date and time in edge-ident-runs, or
+    in that of the setting.
 
     With --until 2%, the first motion ends as soon as every parameter is known to 2 %, and the
     result says how much of it was needed. New gains are then verified on the part that was made.
@@ -151,7 +187,7 @@ def run(
     if gains.dry_run and gains.store:
         raise typer.BadParameter("a dry run has no gains to store", param_hint="--store")
     known, hidden = given_model(model), faults.hidden()
-    plan, done = _plan(motions, gains, seed, known, diagnose=not no_diagnose), list[str]()
+    plan, done = _plan(motions, gains, seed, known, diagnosis), list[str]()
     with noting(done):
         with session(motions.context, where, results.output, _WRITES, hidden) as opened:
             motions.check_time(opened.drive)
@@ -181,8 +217,7 @@ def _plan(
     gains: GainOptions,
     seed: int,
     known: "edge_ident.Model | None",
-    *,
-    diagnose: bool,
+    diagnosis: DiagnosisOptions,
 ) -> "commissioning.Plan":
     """What the options ask for."""
     return commissioning.Plan(
@@ -193,7 +228,9 @@ def _plan(
         store=gains.store,
         seed=seed,
         model=known,
-        diagnose=diagnose,
+        diagnose=not diagnosis.no_diagnose,
+        diagnose_first=diagnosis.diagnose_first,
+        diagnose_within_s=diagnosis.diagnose_within,
         most_motions=motions.most_motions,
         most_s=motions.most_s,
         until=motions.until,

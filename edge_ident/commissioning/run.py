@@ -4,9 +4,11 @@ import logging
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
+from edge_ident.commissioning.answer import RunAnswer
 from edge_ident.commissioning.carry_over import diagnosed
 from edge_ident.commissioning.gains.files import keep_backup
 from edge_ident.commissioning.gains.motor_way import unseen_load
@@ -164,14 +166,15 @@ class Outcome:
         """Whether new gains are in force to stay."""
         return self.change is not None and self.change.confirmed
 
+    @cached_property
+    def answer(self) -> RunAnswer:
+        """Both verdicts, and the errors before and after: what everybody shows."""
+        return RunAnswer.of(self.identification, self.change)
+
     @property
     def good(self) -> bool:
-        """Whether the machine follows better than before, or as well as it can.
-
-        Whether its parameters are known is another question (`Identification.trusted`).
-        """
-        change = self.change
-        return change is not None and (change.confirmed or change.unchanged or change.dry_run)
+        """Whether the machine follows better than before, or as well as it can."""
+        return self.answer.ending.good
 
 
 def commission(

@@ -38,7 +38,12 @@ def identification_document(identification: Identification) -> dict[str, Any]:
 def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
     return {
-        "parameters": _estimate(axis.estimate, axis.units),
+        "parameters": {
+            name: {**of, "known": known}
+            for (name, of), known in zip(
+                _estimate(axis.estimate, axis.units).items(), axis.known, strict=True
+            )
+        },
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),
@@ -67,6 +72,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "cutoff_hz": axis.cutoff_hz,
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,
+        "consistent": axis.consistent,
         "warnings": [finding_document(finding) for finding in axis.findings],
     }
 
@@ -151,6 +157,7 @@ def design_document(design: "GainDesign") -> dict[str, Any]:
         "quantization_effort_nm": design.quantization_effort_nm,
         "used": [dataclasses.asdict(used) for used in design.used],
         "not_used": [dataclasses.asdict(unused) for unused in design.unused],
+        "feedback_kept": design.kept or None,
     }
 
 

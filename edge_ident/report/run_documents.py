@@ -9,6 +9,7 @@ from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.latency.result import TARGET_MS, Profile, spread
 from edge_ident.commissioning.motion.capture import Capture
 from edge_ident.commissioning.motion.homing import Held, Homing
+from edge_ident.commissioning.rounds import Round
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network
@@ -31,6 +32,7 @@ def run_document(
     capture = folder / CAPTURE_FILE
     return {
         "schema": "edge-ident/run/1",
+        "answer": _answer(outcome),
         "identification": identification_document(outcome.identification),
         "designs": {name: design_document(design) for name, design in outcome.designs.items()},
         "gains_before": {
@@ -44,6 +46,7 @@ def run_document(
         "contradicted": {} if outcome.change is None else dict(outcome.change.contradicted),
         "board_identification": board_answer_document(outcome),
         "commit": commit_document(outcome.change),
+        "writes": [_round(one) for one in outcome.rounds if one.change.verification is not None],
         "stored": outcome.stored,
         "conclusion": outcome.conclusion,
         "capture": {
@@ -63,6 +66,38 @@ def run_document(
     }
 
 
+def _answer(outcome: Outcome) -> dict[str, Any]:
+    """Both verdicts: are the parameters known, and are new gains better."""
+    found, answer = outcome.identification, outcome.answer
+    return {
+        "ending": answer.ending.value,
+        "good": answer.ending.good,
+        "trusted": found.trusted,
+        "consistent": found.consistent,
+        "axes": {
+            name: {
+                "known": list(axis.known),
+                "unknown": list(axis.unknown),
+                "fall": None if axis.tracking is None else axis.tracking.fall,
+            }
+            for name, axis in answer.axes.items()
+        },
+    }
+
+
+def _round(one: Round) -> dict[str, Any]:
+    """One set of gains that was written, measured against those in force then."""
+    return {
+        "designs": {name: design_document(design) for name, design in one.designs.items()},
+        "verification": _verification(one.change),
+        "confirmed": one.change.confirmed,
+        "promise": promise_document(one.change.promise),
+        "commit": commit_document(one.change),
+        "conclusion": one.change.conclusion,
+        "file": one.file,
+    }
+
+
 def _verification(change: GainChange | None) -> dict[str, Any] | None:
     if change is None or change.verification is None:
         return None
@@ -71,6 +106,9 @@ def _verification(change: GainChange | None) -> dict[str, Any] | None:
             "tracking_rms_before_rad": tracking.before_rad,
             "tracking_rms_after_rad": tracking.after_rad,
             "ratio": tracking.ratio,
+            "fall": tracking.fall,
+            "count_rad": tracking.count_rad,
+            "liveliness": tracking.liveliness,
             "repeatability_rad": tracking.repeatability_rad,
             "resolved_rad": tracking.resolved_rad,
             "machine_changed": tracking.machine_changed,

@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from edge_ident.commissioning.answer import Ending
 from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
@@ -21,9 +22,8 @@ def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
         The board's, as --device names it.
     """
     axes = outcome.identification.axes
-    blocking = [step for axis in axes.values() for step in blocking_steps(axis.findings)]
-    if blocking:
-        return distinct(blocking)
+    if outcome.answer.ending is Ending.CONTRADICTORY:
+        return distinct([step for axis in axes.values() for step in blocking_steps(axis.findings)])
     return [
         *(_look_at(name, outcome) for name in axes if _to_adjust(name, outcome)),
         _gains(outcome, device),
@@ -32,15 +32,14 @@ def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
 
 def axis_steps(axis: AxisIdentification, outcome: Outcome, device: str | None = None) -> list[str]:
     """After a run, of one axis."""
-    if steps := blocking_steps(axis.findings):
-        return steps
-    if not outcome.identification.trusted:
-        return ["mend what is wrong on the other axis, then run again"]
+    if outcome.answer.ending is Ending.CONTRADICTORY:
+        steps = blocking_steps(axis.findings)
+        return steps or ["mend what is wrong on the other axis, then run again"]
     return [_gains(outcome, device)]
 
 
 def _gains(outcome: Outcome, device: str | None) -> str:
-    """What to do with gains that were designed from a trusted identification."""
+    """What to do with gains that were designed."""
     change = outcome.change
     if change is None or change.dry_run:
         promise = None if change is None else change.promise

@@ -11,11 +11,8 @@ from edge_ident.commissioning.gains.verification import Verification
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
 from edge_ident.report.answer import (
-    distrusted_line,
     identification_remarks,
     model_lines,
-    trust_lines,
-    trusted_line,
 )
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_report import promise_view
@@ -25,7 +22,7 @@ from edge_ident.report.parameter_table import parameter_table
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.report.run_steps import run_steps
 from edge_ident.support.tables import FittingTable
-from edge_ident.support.words import listed, spoken
+from edge_ident.support.words import listed
 
 
 def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Group:
@@ -43,9 +40,9 @@ def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool =
 
 
 def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
-    yield from _trust_lines(outcome)
-    designed = outcome.change is not None
-    yield labelled("gains", outcome.conclusion if designed else "nothing was written")
+    ending = outcome.answer.ending
+    yield labelled(ending.spoken, outcome.conclusion, "bold green" if ending.good else "bold red")
+    yield from _known_lines(outcome)
     yield from model_lines(outcome.identification)
     if outcome.early is not None:
         yield labelled("motion", outcome.early.sentence)
@@ -55,19 +52,13 @@ def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
         yield _old_and_new(outcome)
 
 
-def _trust_lines(outcome: Outcome) -> Iterator[Text]:
-    """As of the identification, unless the motions with the new gains spoke against them."""
-    change, axes = outcome.change, outcome.identification.axes
-    if outcome.good or change is None:
-        yield from trust_lines(outcome.identification)
+def _known_lines(outcome: Outcome) -> Iterator[Text]:
+    """Whether the parameters are known, which is another question than whether gains are better."""
+    if outcome.answer.known_everywhere:
+        yield labelled("known", f"every parameter of {listed(outcome.answer.axes)}")
         return
-    for name, effects in change.contradicted.items():
-        named = listed(map(spoken, effects))
-        yield distrusted_line(f"axis {name}, whose diagnosis the motions do not confirm: {named}")
-    if not change.contradicted:
-        yield distrusted_line("the new gains, which the motions with them did not confirm")
-    if trusted := [name for name in axes if name not in change.contradicted]:
-        yield trusted_line(trusted)
+    for name, axis in outcome.answer.axes.items():
+        yield labelled("parameters", f"axis {name}, {axis.sentence}")
 
 
 def _old_and_new(outcome: Outcome) -> FittingTable:
@@ -158,7 +149,9 @@ def _tracking_table(verification: Verification) -> FittingTable:
             escape(axis),
             f"{1e3 * tracking.before_rad:.2f} mrad",
             f"{1e3 * tracking.after_rad:.2f} mrad",
-            f"{tracking.ratio:.1f}",
+            f"{tracking.ratio:.1f}"
+            if tracking.after_rad >= tracking.count_rad
+            else "below a count",
             f"{1e3 * tracking.repeatability_rad:.2f} mrad",
         )
     return table

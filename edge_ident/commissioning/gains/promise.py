@@ -192,9 +192,14 @@ class Promised:
         """
         if self.measured is None:
             return None
-        return self.measured.rms_rad <= self.rms_limit_rad(
-            judged
-        ) and self.measured.peak_rad <= self.peak_limit_rad(judged)
+        peak_kept = self.measured.peak_rad <= self.peak_limit_rad(judged)
+        return peak_kept and self.rms_kept(judged) is True
+
+    def rms_kept(self, judged: int) -> bool | None:
+        """The same of the rms error alone."""
+        return (
+            None if self.measured is None else self.measured.rms_rad <= self.rms_limit_rad(judged)
+        )
 
     def rms_limit_rad(self, judged: int) -> float:
         """Largest rms error that keeps the promise; `judged` as in `kept`."""

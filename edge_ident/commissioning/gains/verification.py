@@ -23,7 +23,7 @@ that needs another effort for the same motion (`edge_ident.commissioning.gains.m
 Whether there is anything to gain is asked beforehand, of a forecast (`promise`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -102,6 +102,11 @@ class Tracking:
         return self.before_rad / max(self.after_rad, 1e-12)
 
     @property
+    def resolved(self) -> bool:
+        """Whether the error is above what rounding to counts makes, so that a ratio means much."""
+        return self.after_rad >= self.count_rad
+
+    @property
     def fall(self) -> str:
         """From which error to which; a ratio only where rounding to counts does not make it."""
         return error_fall(self.before_rad, self.after_rad, self.count_rad)
@@ -137,7 +142,21 @@ class Verification:
         return {axis: share for axis, share in shares.items() if share > SHARE}
 
 
-def error_fall(before_rad: float, after_rad: float, count_rad: float) -> str:
+Shown = Callable[[str, float], str]
+"""A figure as text, from what it is (a field of the JSON document) and its value."""
+
+
+def plain_figure(name: str, value: float) -> str:
+    """A figure of a fall in mrad, or a ratio, as plain text."""
+    if name == "ratio":
+        return f"{value:.3g}"
+    digits = 2 if name == "count_rad" else 3
+    return f"{1e3 * value:.{digits}g} mrad"
+
+
+def error_fall(
+    before_rad: float, after_rad: float, count_rad: float, shown: Shown = plain_figure
+) -> str:
     """What became of an error, in words.
 
     Reference and position both lie on the encoder's grid, so what is below one count is mostly
@@ -149,15 +168,18 @@ def error_fall(before_rad: float, after_rad: float, count_rad: float) -> str:
         Rms.
     count_rad : float
         Of the encoder.
+    shown : callable
+        Writes a figure.
     """
-    begin = f"from {1e3 * before_rad:.3g}"
+    begin = f"from {shown('tracking_rms_before_rad', before_rad)}"
+    end = f"{begin} to {shown('tracking_rms_after_rad', after_rad)}"
     if before_rad < count_rad:
-        return f"{begin} to {1e3 * after_rad:.3g} mrad, both below one encoder count"
+        return f"{end}, both below one encoder count"
     if after_rad < count_rad:
-        return f"{begin} mrad to below one encoder count ({1e3 * count_rad:.2g} mrad)"
+        return f"{begin} to below one encoder count ({shown('count_rad', count_rad)})"
     smaller = before_rad / max(after_rad, 1e-12)
-    times = f", {smaller:.3g} times smaller" if smaller >= _CLEARLY_BETTER else ""
-    return f"{begin} to {1e3 * after_rad:.3g} mrad{times}"
+    clearly = smaller >= _CLEARLY_BETTER
+    return f"{end}, {shown('ratio', smaller)} times smaller" if clearly else end
 
 
 def compare_motions(before: Recording, after: Recording, count_rad: float) -> Verification:

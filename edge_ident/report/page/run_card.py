@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import SHARE
-from edge_ident.commissioning.gains.verification import Tracking
+from edge_ident.commissioning.gains.verification import Tracking, error_fall
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
@@ -53,7 +53,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     found = axis.diagnosis
     causes = () if found is None else found.causes or found.minor
     parts = [named(cause.term.effect).advice.part for cause in distinct(causes)[:3]]
-    good = axis.trusted and outcome.good
+    ending = outcome.answer.ending
     verdict = _verdict(name, axis, outcome)
     contradicted = outcome.change is not None and name in outcome.change.contradicted
     if causes:
@@ -62,11 +62,11 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
         verdict += Markup(" {}: {}.").format(said, words)
     return Card(
         axis=name,
-        status="good" if good else "open",
-        label="trusted" if axis.trusted else "not trusted",
+        status="good" if ending.good else "open",
+        label=ending.spoken,
         verdict=verdict,
         terms=f"{axis.source.spoken} used; {axis.reason}",
-        sure=[*_model_sure(name, axis), *_tracking_sure(name, outcome)],
+        sure=[*_model_sure(name, axis, outcome), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
         action=[escape(sentence(step)) for step in axis_steps(axis, outcome, device)],
         chart=replace(chart, height=PICTURE_HEIGHT),
@@ -77,17 +77,19 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
 
 def tracking_of(name: str, outcome: Outcome) -> Tracking | None:
     """What the verification motion measured on an axis, if there was one."""
-    verification = outcome.change.verification if outcome.change else None
-    return None if verification is None else verification.axes.get(name)
+    return outcome.answer.axes[name].tracking
 
 
 def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     change, tracking = outcome.change, tracking_of(name, outcome)
-    if not axis.trusted:
-        said = "The result of this axis is not trusted. Nothing was written to the board."
-    elif not outcome.identification.trusted:
-        said = "This axis is fine. Another is not trusted, so nothing was written to the board."
-    elif change is None or change.dry_run:
+    if change is None and not axis.consistent:
+        said = "The data of this axis contradict themselves. Nothing was written to the board."
+    elif change is None:
+        said = (
+            "This axis is fine. The data of another contradict themselves, so nothing was written "
+            "to the board."
+        )
+    elif change.dry_run:
         return _forecast(name, change)
     elif change.unchanged:
         said = f"{not_worth(change)} Nothing was written to the board."
@@ -96,10 +98,21 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     elif tracking is None or tracking.verdict == "equal":
         said = "New gains are in force. The axis follows its path as well as before."
     else:
-        return Markup(
-            "New gains are in force. The error from the path is {} times smaller."
-        ).format(number(tracking.ratio, digits(tracking.ratio, 3), "verification", name, "ratio"))
+        return Markup("New gains are in force. The error from the path fell {}.").format(
+            _fall(name, tracking)
+        )
     return Markup(said)
+
+
+def _fall(name: str, tracking: Tracking) -> Markup:
+    """The same sentence as in the terminal, its figures bound to the document."""
+
+    def shown(field: str, value: float) -> str:
+        at = ("verification", name, field)
+        return str(number(value, digits(value, 3), *at) if field == "ratio" else angle(value, *at))
+
+    errors = tracking.before_rad, tracking.after_rad, tracking.count_rad
+    return Markup(error_fall(*errors, shown))
 
 
 def _forecast(name: str, change: GainChange | None) -> Markup:
@@ -137,12 +150,13 @@ def _written(name: str, outcome: Outcome) -> list[Markup]:
     return said
 
 
-def _model_sure(name: str, axis: AxisIdentification) -> list[Markup]:
+def _model_sure(name: str, axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
     at = ("identification", "axes", name)
     inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
     place = (*at, "parameters", PARAMETERS[0])
     value_text, std_text = to_its_std(inertia, std)
-    short = "Trusted." if axis.trusted else "Not trusted: see what to do next."
+    short = f"{outcome.answer.axes[name].sentence}."
+    short = short[0].upper() + short[1:]
     return [
         Markup("<b>{}</b>").format(short),
         Markup("The model misses {} of the {}.").format(

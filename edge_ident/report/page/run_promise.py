@@ -16,7 +16,7 @@ from edge_ident.support.words import listed, spoken
 
 _ROOM = 1.3
 """Factor by which the scale goes beyond the smallest and the largest error."""
-_TRIED = "Cross: measured with the new ones. ◀ marks a promise that was not kept. "
+_TRIED = "Cross: measured with the new ones. ◀ marks an rms error above what was promised. "
 
 
 def notices(outcome: Outcome) -> list[str]:
@@ -52,9 +52,9 @@ def taken_back(change: GainChange) -> str:
     if change.in_doubt:
         return "Whether the new gains follow better could not be told."
     verdicts = [of.verdict for of in (change.verification, *change.others.values()) if of]
-    if "worse" in verdicts or change.promise is None:
-        return "The new gains followed worse."
-    return "The new gains did not keep what they promised."
+    if "too lively" in verdicts and "worse" not in verdicts:
+        return "The new gains made an axis too lively."
+    return "The new gains followed worse."
 
 
 def effects_said(outcome: Outcome) -> list[str]:
@@ -117,4 +117,4 @@ def _line(name: str, of: Promised, judged: int, scale: Scale) -> IntervalRow:
         '<line class="promised" x1="{}" x2="{}" y1="8" y2="8"/>{}</svg>'
     ).format(said, *at[:3], cross)
     value = f"{now} → {measured[0]}" if measured else now
-    return IntervalRow(name, value, picture, of.kept(judged) is False)
+    return IntervalRow(name, value, picture, of.rms_kept(judged) is False)

@@ -59,7 +59,7 @@ def test_an_axis_without_a_difference_is_not_said_to_follow_better() -> None:
     assert same.verdict == "equal"
     conclusion = GainChange(True, verification=Verification({"x": same, "z": FINE})).conclusion
     assert (
-        "fell: z from 1 to 0.3 mrad, 3.33 times smaller; x: unchanged within its repeatability"
+        "fell: z from 1 mrad to 0.3 mrad, 3.33 times smaller; x: unchanged within its repeatability"
     ) in conclusion
     both = GainChange(True, verification=Verification({"x": FINE, "z": FINE}))
     assert "unchanged" not in both.conclusion
@@ -81,9 +81,10 @@ def test_a_loop_that_is_too_lively_is_not_kept_however_small_its_error() -> None
 
 def test_a_ratio_is_said_only_of_errors_above_what_rounding_makes() -> None:
     count = 0.75e-3
-    assert error_fall(82e-3, 1.3e-3, count) == "from 82 to 1.3 mrad, 63.1 times smaller"
+    assert error_fall(82e-3, 1.3e-3, count) == "from 82 mrad to 1.3 mrad, 63.1 times smaller"
     assert error_fall(82e-3, 0.2e-3, count) == (
         "from 82 mrad to below one encoder count (0.75 mrad)"
     )
-    assert error_fall(0.3e-3, 0.2e-3, count) == "from 0.3 to 0.2 mrad, both below one encoder count"
+    both = "from 0.3 mrad to 0.2 mrad, both below one encoder count"
+    assert error_fall(0.3e-3, 0.2e-3, count) == both
     assert "times" not in error_fall(2e-3, 1.5e-3, count)

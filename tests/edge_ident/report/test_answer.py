@@ -57,10 +57,10 @@ def doubted(found: Identification, axis: str) -> Identification:
     return replace(found, axes={**found.axes, axis: replace(found.axes[axis], findings=(POOR,))})
 
 
-def test_a_run_tells_trust_gains_model_and_next_step_in_four_lines(outcome: Outcome) -> None:
-    trusted, gains, model, step = block(outcome_view(outcome))
-    assert trusted == "trusted: the parameters of x and z"
-    assert gains == "gains: new gains confirmed"
+def test_a_run_tells_both_verdicts_model_and_next_step_in_four_lines(outcome: Outcome) -> None:
+    better, known, model, step = block(outcome_view(outcome))
+    assert better == "better: new gains confirmed"
+    assert known == "known: every parameter of x and z"
     assert model.startswith("model: rigid body and friction are enough on axes x and z, compared")
     assert step.startswith("next: keep the new gains over a power cycle: edge-ident gains store")
 
@@ -80,32 +80,29 @@ def test_a_trial_run_says_that_nothing_was_written(tmp_path: Path) -> None:
     assert "next: run it again without --dry-run to write these gains" in shown
 
 
-def test_what_is_not_trusted_stands_first_with_its_reason(outcome: Outcome) -> None:
-    found = doubted(outcome.identification, "z")
-    shown = block(outcome_view(replace(outcome, identification=found, designs={}, change=None)))
-    assert shown[:3] == [
-        "not trusted: axis z, poor_fit: the model leaves 20% of the effort",
-        "trusted: the parameters of x",
-        "gains: nothing was written",
-    ]
-    assert shown[-1] == "next: check the units"
+def test_data_that_contradict_themselves_stand_first_and_what_to_do_last(outcome: Outcome) -> None:
+    sign = Finding("effort_sign", "negative", "check the sign", blocks=True, contradicts=True)
+    found = outcome.identification
+    found = replace(found, axes={**found.axes, "z": replace(found.axes["z"], findings=(sign,))})
+    nothing = replace(outcome, identification=found, designs={}, change=None, conclusion="so it is")
+    shown = block(outcome_view(nothing))
+    assert shown[0] == "nothing written: so it is"
+    assert shown[1] == "parameters: axis x, every parameter is known"
+    assert shown[2].startswith("parameters: axis z, not known: inertia, viscous friction")
+    assert shown[-1] == "next: check the sign"
 
 
 @pytest.mark.parametrize("diagnosed", [{}, {"x": ("backlash",)}])
-def test_gains_rolled_back_are_not_trusted(
+def test_gains_that_were_taken_back_say_so_first(
     diagnosed: dict[str, tuple[str, ...]], outcome: Outcome
 ) -> None:
     change = GainChange(
         False, verification=Verification({"x": WORSE, "z": WORSE}), diagnosed=diagnosed
     )
     shown = lines(outcome_view(replace(outcome, change=change, conclusion=change.conclusion)))
-    if diagnosed:
-        first = "not trusted: axis x, whose diagnosis the motions do not confirm: backlash"
-        assert shown[:2] == [first, "trusted: the parameters of z"]
-    else:
-        first = "not trusted: the new gains, which the motions with them did not confirm"
-        assert shown[:2] == [first, "trusted: the parameters of x and z"]
-    assert "rolled back" in shown[2]
+    assert shown[0].startswith("taken back: new gains increased the tracking error")
+    assert ("does not confirm the diagnosis (axis x: backlash)" in shown[0]) is bool(diagnosed)
+    assert shown[1] == "known: every parameter of x and z"
     assert f"next: {change.next_step}" in shown
     assert "gains, in N·m, rad and s; the new ones were rolled back" in shown
 

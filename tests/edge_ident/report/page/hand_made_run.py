@@ -8,7 +8,8 @@ import edge_ident
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.motion.capture import Capture
-from edge_ident.commissioning.run import VERIFICATION_FILE, Outcome
+from edge_ident.commissioning.rounds import VERIFICATION_FILE
+from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE, IdentificationMotion
 from edge_ident.commissioning.study.separation import Separation
 from edge_ident.drive.description import load_drive
@@ -18,7 +19,7 @@ from edge_ident.signals.recording_files import save_recording
 from firmware_interface.board_types import BoardIdentity
 
 BOARD = BoardIdentity("1.0.0", 4711, 1, 0.0025, 0.0005, 8400, 0.004)
-TRACKING = Tracking(0.0824, 0.000605, 0.00165, 0.00165)
+TRACKING = Tracking(0.0824, 0.00605, 0.00165, 0.00165, count_rad=0.000748)
 
 
 def closer(recording: Recording) -> Recording:
@@ -64,5 +65,6 @@ def run(folder: Path, *, confirmed: bool = True) -> tuple[Outcome, dict[str, Any
         conclusion="new gains confirmed" if confirmed else "dry run: nothing was written",
         timing_ms={"motion": 21855.0, "last_sample_to_verified": 31.4},
         separation=Separation((first,)),
+        file_after=VERIFICATION_FILE if confirmed else "",
     )
     return outcome, run_document(outcome, BOARD, edge_ident.load_network(), folder)
