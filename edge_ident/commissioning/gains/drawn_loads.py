@@ -120,11 +120,9 @@ def drawn_loads(
     recording = _as_given(moved.recording, name, acting)
     timing = grounds.timing.get(name, NO_SHIFT)
     signals = compensate_effects(recording, name, None, late_s=timing.shift_s + delay_s).signals
-    off, repeating = grounds.moved(name, rng), grounds.repeating.get(name)
+    off = grounds.moved(name, rng)
     drawn = drawn_axis(_unlimited(grounds.model.axes[name], acting), rng, off)
-    if repeating is not None:
-        entries = repeating.entries if off is None else repeating.entries + off[:, _BASE:]
-        repeating = replace(repeating, entries=np.broadcast_to(entries, (1 + DRAWS, _ENTRIES)))
+    repeating = _drawn_repeating(grounds.repeating.get(name), off)
     lasting = from_then_on(drawn, grounds.end_s.get(name))
     during = then = _Need.of(drawn, repeating, moved, signals, name, every)
     if lasting is not drawn:
@@ -156,6 +154,14 @@ def drawn_loads(
 
     in_recording = loads(recorded)
     return in_recording, in_recording if during is then else _either(loads(during), loads(then))
+
+
+def _drawn_repeating(repeating: Repeating | None, off: Array | None) -> Repeating | None:
+    """What repeats, of (1 + DRAWS) drives, its own entries first."""
+    if repeating is None:
+        return None
+    entries = repeating.entries if off is None else repeating.entries + off[:, _BASE:]
+    return replace(repeating, entries=np.broadcast_to(entries, (1 + DRAWS, _ENTRIES)))
 
 
 def _late(signals: Signals, std_s: float, rng: np.random.Generator, every: int) -> Array:
