@@ -328,4 +328,5 @@ def _grounds(
         timing=timing,
         repeating={n: axis.repeating for n, axis in axes.items() if axis.repeating is not None},
         spread={name: axis.spread for name, axis in axes.items()},
+        drift={name: axis.drift for name, axis in axes.items()},
     )

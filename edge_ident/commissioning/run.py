@@ -241,12 +241,16 @@ class _Job:
             self._diagnose()
         if not self.found.consistent:
             return
-        if not self.plan.write:
-            self.rounds.dry()
-            return
-        self.rounds.improve()
+        self._improve()
         if self.plan.diagnose and not self.plan.diagnose_first:
             self._afterwards()
+
+    def _improve(self) -> None:
+        """New gains, or in a dry run what they would be worth."""
+        if self.plan.write:
+            self.rounds.improve()
+        else:
+            self.rounds.dry()
 
     @property
     def found(self) -> Identification:
@@ -257,7 +261,7 @@ class _Job:
         """Diagnose, and write once more where that is worth it; Ctrl-C keeps what is confirmed."""
         try:
             self._diagnose()
-            self.rounds.improve()
+            self._improve()
         except KeyboardInterrupt:
             if self.rounds.confirmed is None:
                 raise

@@ -56,6 +56,8 @@ _INTERVAL: Final = 2.0
 """Standard deviations of inertia and friction over which margins must hold."""
 _LEAST_SHARE: Final = 0.05
 """Least share of an inertia or friction that its interval reaches down to."""
+_STEP: Final = 1.5
+"""Ratio of bandwidths that are tried for a first one that is acceptable."""
 _RESOLUTION: Final = 1.02
 """Ratio to which the bandwidth is narrowed down."""
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
@@ -381,8 +383,10 @@ def _highest_with(known: _Known) -> GainDesign | None:
     """The same with one filter, by bisection."""
     lowest = known.lowest
     highest = min(0.5 / known.hardware.sample_period_s, known.ground.most_rad_s)
-    if not known.acceptable(lowest):
-        return None
+    while not known.acceptable(lowest):  # friction that is hardly known damps a slow loop, or not
+        lowest *= _STEP
+        if lowest >= highest:
+            return None
     while highest / lowest > _RESOLUTION:  # margins shrink and noise grows with bandwidth
         middle = math.sqrt(lowest * highest)
         if known.acceptable(middle):

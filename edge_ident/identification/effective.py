@@ -57,6 +57,9 @@ class EffectiveAxis:
     spread : (B, 4 + R) array
         Times B standard normal numbers, how base parameters and entries of what repeats may be off
         together.
+    drift : (2,) array
+        Deviation of Coulomb friction and offset from one motion to the next; zero where there is
+        one motion alone.
     left : float
         What all of it leaves of the effort, rms over rms.
     """
@@ -64,6 +67,7 @@ class EffectiveAxis:
     model: AxisModel
     repeating: Repeating | None
     spread: Array
+    drift: Array
     left: float
 
 
@@ -101,12 +105,13 @@ def effective_axis(
         found, spread = found[:_BASE], spread[:, :_BASE]
     std = np.sqrt(np.sum(spread[:, :_BASE] ** 2, axis=0))
     left = rows.effort - rows.columns[:, : len(found)] @ found
+    drift = rows.drift(left)
     units = recordings[0].axes[name].units
     base = base_axis(Estimate(found[:_BASE], std), *units, rows.seen)
     model = AxisModel((*base.terms, *effects), *units)
     share = float(np.linalg.norm(left) / max(float(np.linalg.norm(rows.effort)), _TINY))
     repeating = None if ridge is None else Repeating(rows.grid, found[_BASE:])
-    return EffectiveAxis(model, repeating, spread, share)
+    return EffectiveAxis(model, repeating, spread, drift, share)
 
 
 _Part = tuple[Array, Array, Array, NDArray[np.intp]]
@@ -124,11 +129,14 @@ class _Rows:
         Both over what a line leaves of the recording.
     stretch : (N,) array of int
         Which one each sample belongs to.
+    motion : (N,) array of int
+        Which recording.
     """
 
     columns: Array
     effort: Array
     stretch: NDArray[np.intp]
+    motion: NDArray[np.intp]
     grid: Grid
     seen: SupportedRange
 
@@ -148,12 +156,29 @@ class _Rows:
             [np.full(len(part[1]), 1.0 / _left_by_line(part)) for part in parts]
         )
         firsts = np.cumsum([0] + [int(part[3][-1]) + 1 for part in parts[:-1]])
-        stretch += np.repeat(firsts, [len(part[3]) for part in parts])
+        samples = [len(part[3]) for part in parts]
+        stretch += np.repeat(firsts, samples)
+        motion = np.repeat(np.arange(len(parts)), samples)
         grid = Grid.over(position, regressor[:, 1])
         along = grid.columns(position, regressor[:, 1], regressor[:, 2])
         seen = SupportedRange.of(position, regressor[:, 1], regressor[:, 0], effort)
         columns = weight[:, None] * np.concatenate([regressor, along], axis=1)
-        return cls(columns, weight * effort, stretch, grid, seen)
+        return cls(columns, weight * effort, stretch, motion, grid, seen)
+
+    def drift(self, left: Array) -> Array:
+        """How far friction and offset of each motion are from those of all, as a deviation of the
+        next one: what is left (N,) of each has lines of its own."""
+        motions = int(self.motion[-1]) + 1
+        if motions == 1:
+            return np.zeros(2)
+        own = []
+        for number in range(motions):
+            of_motion = self.motion == number
+            columns = self.columns[of_motion][:, [2, 3]]
+            own.append(np.linalg.lstsq(columns, left[of_motion], rcond=None)[0])
+        # one degree of freedom went into the mean, and the next motion is one more
+        variance = np.sum(np.square(own), axis=0) / (motions - 1)
+        return np.asarray(np.sqrt(variance * (1.0 + 1.0 / motions)))
 
 
 def _part(recording: Recording, name: str, effects: Sequence[Term], late_s: float) -> _Part:

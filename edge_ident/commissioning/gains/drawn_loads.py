@@ -58,6 +58,8 @@ class Grounds:
     spread : mapping of axis name to (B, 4 + R) array
         How base parameters and entries of what repeats may be off together
         (`edge_ident.identification.effective`); without it, the terms' deviations say it.
+    drift : mapping of axis name to (2,) array
+        Deviation of Coulomb friction and offset from one motion to the next.
     """
 
     model: Model
@@ -66,6 +68,7 @@ class Grounds:
     end_s: Mapping[str, float] = field(default_factory=dict)
     repeating: Mapping[str, Repeating] = field(default_factory=dict)
     spread: Mapping[str, Array] = field(default_factory=dict)
+    drift: Mapping[str, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: Identification) -> "Grounds":
@@ -153,7 +156,18 @@ def drawn_loads(
         return Loads(need.axis.parameters[1:], beside, turning, encoder)
 
     in_recording = loads(recorded)
-    return in_recording, in_recording if during is then else _either(loads(during), loads(then))
+    later = in_recording if during is then else _either(loads(during), loads(then))
+    return in_recording, _drifted(later, grounds.drift.get(name), rng)
+
+
+def _drifted(loads: Loads, drift: Array | None, rng: np.random.Generator) -> Loads:
+    """Loads with the friction and offset of another motion."""
+    if drift is None:
+        return loads
+    base = loads.base.copy()
+    base[:, 2:] += drift * rng.normal(size=(len(base), 2))
+    base[:, 2] = np.maximum(base[:, 2], 0.0)
+    return replace(loads, base=base)
 
 
 def _drawn_repeating(repeating: Repeating | None, off: Array | None) -> Repeating | None:

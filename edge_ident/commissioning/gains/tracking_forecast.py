@@ -29,6 +29,7 @@ model knows.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -37,10 +38,11 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.gains.drawn_axes import DRAWS
 from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
 from edge_ident.commissioning.gains.motor_way import lead_rad
+from edge_ident.commissioning.gains.unexplained import drawn_unexplained
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import worst_margins
-from edge_ident.control.position_loop import LoopHardware
+from edge_ident.control.position_loop import LoopHardware, law_response
 from edge_ident.model.model import AxisModel
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from firmware_interface.gains import AxisGains, Bank
@@ -61,13 +63,18 @@ class Drawn:
     ----------
     rms_rad, peak_rad : (DRAWS,) arrays
         Infinite for a loop that would be unstable.
-    course_rad : (N,) array
-        Mean error over time, at the samples that the forecast looked at.
+    errors_rad : (DRAWS, N) array
+        Over time, at the samples that the forecast looked at.
     """
 
     rms_rad: Array
     peak_rad: Array
-    course_rad: Array
+    errors_rad: Array
+
+    @cached_property
+    def course_rad(self) -> Array:
+        """Mean error over time, (N,)."""
+        return np.asarray(np.mean(self.errors_rad, axis=0))
 
     def alike(self, other: "Drawn") -> float:
         """How far both errors have the same course: their correlation, 0 to 1."""
@@ -126,10 +133,75 @@ def _of_axis(
     path = Path(thinned[name], every * hardware.sample_period_s, moved.begin // every, beside)
     during, later = drawn_loads(name, moved, grounds, hardware, every)
     limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
-    return [
-        _drawn(path, during if number < len(recorded) else later, of_bank, limited, axis)
-        for number, of_bank in enumerate(gains)
-    ]
+    found: list[Drawn] = []
+    missed: _Missed | None = None
+    for number, of_bank in enumerate(gains):
+        loads = during if number < len(recorded) else later
+        beyond = None if missed is None else missed.with_gains(of_bank)
+        drawn = _drawn(path, loads, of_bank, limited, axis, beyond)
+        if number == 0 and recorded and np.all(np.isfinite(drawn.rms_rad)):
+            measured = moved.errors(name)[::every]
+            missed = _Missed.of(measured, drawn, path.period_s, of_bank, limited, axis)
+        found.append(drawn)
+    return found
+
+
+@dataclass(frozen=True)
+class _Missed:
+    """What forecasts with the recorded gains miss of the error that was measured with them.
+
+    It is what no draw knows of: how friction turns round at reversals, an encoder that is uneven.
+    Other gains make of it what they make of any effort that the model lacks.
+
+    Attributes
+    ----------
+    spectra : (DRAWS, K) array
+        Of errors with the recorded gains, as they may come back.
+    omega : (K,) array
+    samples : int
+    gains : AxisGains
+        Recorded.
+    """
+
+    spectra: NDArray[np.complex128]
+    omega: Array
+    samples: int
+    gains: AxisGains
+    hardware: LoopHardware
+    axis: AxisModel
+
+    @classmethod
+    def of(
+        cls,
+        measured: Array,
+        drawn: "Drawn",
+        period_s: float,
+        gains: AxisGains,
+        hardware: LoopHardware,
+        axis: AxisModel,
+    ) -> "_Missed":
+        scatter = drawn.errors_rad - drawn.course_rad
+        left = np.broadcast_to(measured - drawn.course_rad, scatter.shape)
+        known = np.ones(len(measured), dtype=np.bool_)
+        extra = drawn_unexplained(left, known, scatter, np.random.default_rng(1))
+        frequency = np.fft.rfftfreq(len(measured), period_s).astype(np.float64)
+        omega = 2.0 * np.pi * frequency
+        omega[0] = omega[1]  # an axis that is not held drifts away
+        spectra = np.fft.rfft(extra)
+        return cls(spectra, omega, len(measured), gains, hardware, axis)
+
+    def with_gains(self, gains: AxisGains) -> Array:
+        """What it is with other gains, (DRAWS, N)."""
+        share = self._opened(self.gains) / self._opened(gains)
+        return np.asarray(np.fft.irfft(share * self.spectra, self.samples))
+
+    def _opened(self, gains: AxisGains) -> NDArray[np.complex128]:
+        """One and the opened loop, (K,): an effort becomes an error over it."""
+        s = 1j * self.omega
+        inertia, viscous, *_ = self.axis.parameters
+        late_s = self.hardware.control_delay_s + 0.5 * self.hardware.sample_period_s
+        law = law_response(gains, self.omega, self.hardware.sample_period_s)
+        return np.asarray(1.0 + law * np.exp(-s * late_s) / (s * (inertia * s + viscous)))
 
 
 def _every(gains: Sequence[AxisGains], axis: AxisModel, hardware: LoopHardware) -> int:
@@ -146,17 +218,26 @@ def _thinned(whole: Reference, begin: int, every: int) -> Reference:
 
 
 def _drawn(
-    path: Path, loads: Loads, gains: AxisGains, hardware: LoopHardware, axis: AxisModel
+    path: Path,
+    loads: Loads,
+    gains: AxisGains,
+    hardware: LoopHardware,
+    axis: AxisModel,
+    beyond: Array | None = None,
 ) -> Drawn:
+    """Errors of the drawn drives; `beyond` what forecasts are known to miss, (DRAWS, N)."""
     phase_margin, gain_margin = worst_margins(gains, axis, hardware)
     if phase_margin <= 0.0 or gain_margin <= 1.0:
         runs_away = np.full(DRAWS, np.inf)
-        return Drawn(runs_away, runs_away, np.zeros(len(path.reference.position_rad) - path.begin))
+        still = np.zeros((DRAWS, len(path.reference.position_rad) - path.begin))
+        return Drawn(runs_away, runs_away, still)
     lead = lead_rad(gains, path.reference.position_rad)[path.begin :]
     reference_rad = path.reference.position_rad[path.begin :]
     position = reference_rad - tracking_errors(path, loads, gains, hardware)
+    if beyond is not None:
+        position -= beyond
     if count := hardware.encoder_resolution_rad:
         reference_rad, position = (count * np.round(of / count) for of in (reference_rad, position))
     errors = reference_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
-    return Drawn(rms, peak, np.mean(errors, axis=0))
+    return Drawn(rms, peak, errors)

@@ -164,7 +164,7 @@ def test_on_a_tuned_board_a_run_changes_nothing_and_stores_where_that_is_asked_f
     tuned = virtual.machine.banks.active
     for store in (False, True):
         again = run(virtual, tmp_path / f"{store}", store=store)
-        assert again.trusted
+        assert again.good
         assert again.stored is store
         assert again.change is not None
         assert again.change.unchanged

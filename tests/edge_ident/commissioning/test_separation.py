@@ -177,15 +177,29 @@ def test_that_no_motion_can_separate_them_is_said_with_the_number(
 def test_ctrl_c_in_the_second_motion_leaves_a_machine_at_rest_and_the_first_capture(
     script: dict[str, object], tmp_path: Path
 ) -> None:
-    virtual = VirtualBoard()
+    virtual, listener = VirtualBoard(), Listener("identification motion 2")
     with pytest.raises(KeyboardInterrupt):
-        run(virtual, tmp_path, Listener("identification motion 2"), write=True)
+        run(virtual, tmp_path, listener, write=True, diagnose_first=True)
     status = Board.connect(virtual).status()
     assert status.state is State.IDLE
     assert not status.enabled
     assert_old_gains(virtual)
     assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
     assert len(load_recording(tmp_path / "capture_2_partial.npz").time_s) > 400
+
+
+def test_ctrl_c_in_the_diagnosis_keeps_what_was_confirmed(
+    script: dict[str, object], tmp_path: Path
+) -> None:
+    virtual, listener = VirtualBoard(), Listener("identification motion 2")
+    outcome = run(virtual, tmp_path, listener, write=True)
+    assert outcome.confirmed
+    assert outcome.good  # exit code 0
+    assert "interrupted: the gains that were confirmed stay" in listener.said
+    board = Board.connect(virtual)
+    status = board.status()
+    assert (status.state, status.enabled, status.unconfirmed) == (State.IDLE, False, False)
+    assert board.active_gains()["x"].coulomb_feedforward > 1.0
 
 
 def test_ctrl_c_while_a_motion_is_designed_leaves_a_machine_at_rest(
@@ -215,8 +229,9 @@ def test_a_fault_in_the_second_motion_leaves_the_gains_and_the_first_capture(
                 self.virtual.inputs.press_stop()
 
     virtual = VirtualBoard()
+    link = StopsIt(virtual, "draining", KeyboardInterrupt)
     with pytest.raises(BoardError, match="STO"):
-        run(StopsIt(virtual, "draining", KeyboardInterrupt), tmp_path, write=True)
+        run(link, tmp_path, write=True, diagnose_first=True)
     assert virtual.machine.fault is Fault.STO
     assert_old_gains(virtual)
     assert len(load_recording(tmp_path / "capture.npz").time_s) == 2185
