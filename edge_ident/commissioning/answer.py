@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
 
+import numpy as np
+
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking
-from edge_ident.identification.result import Identification
-from edge_ident.model.model import PARAMETERS
+from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model
 from edge_ident.support.words import listed, spoken
 
 
@@ -53,6 +55,8 @@ class AxisAnswer:
 
     Attributes
     ----------
+    model : AxisModel
+        The axis as it is, from all motions; where none count, from the first.
     known, unknown : tuple of str
         Parameters whose intervals are worth acting on, and the others.
     tracking : Tracking or None
@@ -60,6 +64,7 @@ class AxisAnswer:
         not moved with both.
     """
 
+    model: AxisModel
     known: tuple[str, ...]
     unknown: tuple[str, ...]
     tracking: Tracking | None
@@ -81,21 +86,31 @@ class RunAnswer:
     axes: Mapping[str, AxisAnswer]
 
     @classmethod
-    def of(cls, found: Identification, change: GainChange | None) -> Self:
-        """From what was identified, and what became of new gains."""
+    def of(cls, found: Identification, local: Model, change: GainChange | None) -> Self:
+        """From what was identified, first and from all motions, and what became of new gains."""
         tracked = change.verification.axes if change is not None and change.verification else {}
         axes = {}
         for name, axis in found.axes.items():
-            both = dict(zip(PARAMETERS, axis.known, strict=True))
+            model = local.axes[name]
+            both = dict(zip(PARAMETERS, _known(model.estimate, axis), strict=True))
             known = tuple(parameter for parameter, sure in both.items() if sure)
             unknown = tuple(parameter for parameter, sure in both.items() if not sure)
-            axes[name] = AxisAnswer(known, unknown, tracked.get(name))
+            axes[name] = AxisAnswer(model, known, unknown, tracked.get(name))
         return cls(_ending(change), axes)
 
     @property
     def known_everywhere(self) -> bool:
         """Whether every parameter of every axis is known."""
         return not any(axis.unknown for axis in self.axes.values())
+
+
+def _known(estimate: Estimate, axis: AxisIdentification) -> tuple[bool, ...]:
+    """Whether each interval says more than that a parameter is there: it does not reach zero; that
+    of the offset is smaller than the friction."""
+    sizes = np.abs(estimate.parameters)
+    sizes[-1] = sizes[-2]
+    narrow = (NORMAL_95 * estimate.std < sizes).tolist()
+    return tuple(axis.consistent and sure for sure in narrow)
 
 
 def _ending(change: GainChange | None) -> Ending:

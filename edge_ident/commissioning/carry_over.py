@@ -59,7 +59,11 @@ def diagnosed(study: Study, separation: Separation, second: Recorded | None) -> 
         A motion that is designed to separate what is left did not get to its end.
     """
     try:
-        first = _diagnosed_first(study, separation.motions[0])
+        first, missed = _diagnosed_first(study, separation.motions[0])
+        separation = Separation((first,), missed)
+        if missed:
+            study.tell(missed)
+            return separation
         separation = separate(study, [first])
         return separation if second is None else _reconsidered(study, separation, second)
     except OutOfTimeError as error:
@@ -67,8 +71,9 @@ def diagnosed(study: Study, separation: Separation, second: Recorded | None) -> 
         return replace(separation, ended=error.cause)
 
 
-def _diagnosed_first(study: Study, first: IdentificationMotion) -> IdentificationMotion:
-    """The first motion with a diagnosis of each axis whose base model is not enough."""
+def _diagnosed_first(study: Study, first: IdentificationMotion) -> tuple[IdentificationMotion, str]:
+    """The first motion with a diagnosis of each axis whose base model is not enough; and what to
+    say where time did not allow that of every axis."""
     found: dict[str, AxisDiagnosis] = {}
     missed = ""
     for name, axis in first.found.axes.items():
@@ -81,11 +86,9 @@ def _diagnosed_first(study: Study, first: IdentificationMotion) -> Identificatio
         except OutOfTimeError as error:
             missed = error.cause
             break
-    if missed:
-        study.tell(missed)
-    if not found:
-        return first
-    return replace(first, found=with_diagnoses(study, first.recording, found))
+    if found:
+        first = replace(first, found=with_diagnoses(study, first.recording, found))
+    return first, missed
 
 
 def _of_axis(

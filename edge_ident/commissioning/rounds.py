@@ -85,6 +85,8 @@ class Rounds:
     done : list of Round
     livelier : IdentificationMotion or None
         A motion of the drive's own that was made because the others did not show the inertia.
+    local : Model
+        The axes as they are, from all motions so far.
     original : dict of motion to Recorded
         The motions that judge, with the gains of before.
     """
@@ -105,6 +107,7 @@ class Rounds:
         self._bandwidths: dict[str, float] = {}
         self._disbelief = 0.0
         self._timing = {name: axis.timing for name, axis in first.found.axes.items()}
+        self.local = first.found.model
         self.done: list[Round] = []
         self.livelier: IdentificationMotion | None = None
         self.original = {before.first.name: Recorded(before.first, before.capture, first.file)}
@@ -224,6 +227,7 @@ class Rounds:
         with self._study.watch.stage("last_sample_to_verified"):
             axes = {name: self._effective(name) for name in self._hardware}
             grounds = _grounds(axes, self.found, self._timing)
+            self.local = grounds.model
             designs = {}
             for name, axis in axes.items():
                 caution = self._caution[name]

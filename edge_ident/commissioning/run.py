@@ -137,6 +137,8 @@ class Outcome:
         What the board identified by itself from the whole first motion, if it has a network.
     early : EarlyAnswer or None
         Whether the first motion could end early; None where that was not asked for.
+    local : Model or None
+        The axes as they are, from all motions, where gains were designed.
     rounds : tuple of Round
         Every set of gains that was written, or the one that was not worth it.
     file_after : str
@@ -154,6 +156,7 @@ class Outcome:
     separation: Separation
     board: BoardAnswer | None = None
     early: EarlyAnswer | None = None
+    local: Model | None = None
     rounds: tuple[Round, ...] = ()
     file_after: str = ""
 
@@ -169,7 +172,8 @@ class Outcome:
     @cached_property
     def answer(self) -> RunAnswer:
         """Both verdicts, and the errors before and after: what everybody shows."""
-        return RunAnswer.of(self.identification, self.change)
+        local = self.identification.model if self.local is None else self.local
+        return RunAnswer.of(self.identification, local, self.change)
 
     @property
     def good(self) -> bool:
@@ -292,7 +296,7 @@ def _outcome(
     return Outcome(
         job.first.capture, job.found, designs, gains_before, change, stored, conclusion,
         job.study.watch.timing_ms(), separation, board=answer, early=early,
-        rounds=tuple(rounds.done), file_after="" if last is None else last.file,
+        local=rounds.local, rounds=tuple(rounds.done), file_after="" if last is None else last.file,
     )  # fmt: skip
 
 

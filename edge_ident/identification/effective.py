@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import estimation_part
-from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term, base_axis
+from edge_ident.model.model import PARAMETERS, POSITIVE, AxisModel, Estimate, Model, Term, base_axis
 from edge_ident.model.repeating import OVER_SPEED, Grid, Repeating
 from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.filters import differentiate
@@ -40,6 +40,8 @@ _RIDGES: Final = (np.inf, 1.0, 0.1, 0.01)
 """Strength of the ridge over the mean of the entries' squares; infinite: nothing repeats."""
 _CERTAIN: Final = 2.0
 """Standard errors by which what repeats must predict better."""
+_LEAST: Final = 0.01
+"""Least value of a positive parameter, over its deviation."""
 _BASE: Final = len(PARAMETERS)
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -107,7 +109,7 @@ def effective_axis(
     left = rows.effort - rows.columns[:, : len(found)] @ found
     drift = rows.drift(left)
     units = recordings[0].axes[name].units
-    base = base_axis(Estimate(found[:_BASE], std), *units, rows.seen)
+    base = base_axis(_physical(found[:_BASE], std), *units, rows.seen)
     model = AxisModel((*base.terms, *effects), *units)
     share = float(np.linalg.norm(left) / max(float(np.linalg.norm(rows.effort)), _TINY))
     repeating = None if ridge is None else Repeating(rows.grid, found[_BASE:])
@@ -115,6 +117,17 @@ def effective_axis(
 
 
 _Part = tuple[Array, Array, Array, NDArray[np.intp]]
+
+
+def _physical(parameters: Array, std: Array) -> Estimate:
+    """The line of a machine. A motion that does not show an inertia or a friction may say that it
+    is below zero: then it is small, and its interval reaches as far as what was found."""
+    least = _LEAST * np.maximum(std, np.abs(parameters))
+    below = POSITIVE & (parameters < least)
+    return Estimate(
+        np.where(below, least, parameters),
+        np.where(below, np.maximum(std, np.abs(parameters)), std),
+    )
 
 
 @dataclass(frozen=True)

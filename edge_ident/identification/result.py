@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from edge_ident.estimation.trust import OF_PARAMETERS, Finding
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, effect_names
+from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.timing import Timing
 from edge_ident.signals.metrics import Metric
 from edge_ident.support.readable import Readable
@@ -149,11 +149,16 @@ class AxisIdentification:
 
     @property
     def known(self) -> tuple[bool, bool, bool, bool]:
-        """Whether each parameter is known: its interval is worth acting on."""
+        """Whether each parameter is known: its interval is worth acting on. It says more than that
+        there is one: its value is certainly not zero, or the offset smaller than the friction."""
         doubted = [f.code for f in self.findings if f.blocks and f.code.startswith(OF_PARAMETERS)]
         sure = self.consistent and "inseparable" not in doubted
+        sizes = np.abs(self.estimate.parameters)
+        sizes[-1] = sizes[-2]
+        narrow = NORMAL_95 * self.estimate.std < sizes
         inertia, viscous, coulomb, offset = (
-            sure and not any(code.endswith(name) for code in doubted) for name in PARAMETERS
+            bool(sure and narrow[n] and not any(code.endswith(name) for code in doubted))
+            for n, name in enumerate(PARAMETERS)
         )
         return inertia, viscous, coulomb, offset
 

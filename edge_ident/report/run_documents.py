@@ -13,6 +13,7 @@ from edge_ident.commissioning.rounds import Round
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.estimation.network import Network
+from edge_ident.model.model import PARAMETERS
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.promise_report import commit_document, promise_document
@@ -76,6 +77,15 @@ def _answer(outcome: Outcome) -> dict[str, Any]:
         "consistent": found.consistent,
         "axes": {
             name: {
+                "parameters": {
+                    parameter: {"value": value, "std": std}
+                    for parameter, value, std in zip(
+                        PARAMETERS,
+                        axis.model.estimate.parameters.tolist(),
+                        axis.model.estimate.std.tolist(),
+                        strict=True,
+                    )
+                },
                 "known": list(axis.known),
                 "unknown": list(axis.unknown),
                 "fall": None if axis.tracking is None else axis.tracking.fall,

@@ -10,6 +10,7 @@ from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Verification
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
+from edge_ident.model.model import Model
 from edge_ident.report.answer import (
     identification_remarks,
     model_lines,
@@ -47,7 +48,7 @@ def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
     if outcome.early is not None:
         yield labelled("motion", outcome.early.sentence)
     yield from next_lines(run_steps(outcome, device))
-    yield parameter_table(outcome.identification.model)
+    yield parameter_table(Model({n: axis.model for n, axis in outcome.answer.axes.items()}))
     if outcome.designs:
         yield _old_and_new(outcome)
 

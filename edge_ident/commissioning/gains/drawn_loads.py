@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 _BASE: Final = len(PARAMETERS)
 _ENTRIES: Final = OVER_SPEED + OVER_POSITION
+_LEAST_FRICTION: Final = 0.1
+"""Least share of its dry friction that an axis keeps."""
 _AT_ONCE: Final = 0.01
 """Encoder counts within which friction turns round at once, as far as a loop feels it."""
 
@@ -166,7 +168,7 @@ def _drifted(loads: Loads, drift: Array | None, rng: np.random.Generator) -> Loa
         return loads
     base = loads.base.copy()
     base[:, 2:] += drift * rng.normal(size=(len(base), 2))
-    base[:, 2] = np.maximum(base[:, 2], 0.0)
+    base[:, 2] = np.maximum(base[:, 2], _LEAST_FRICTION * loads.base[:, 2])
     return replace(loads, base=base)
 
 

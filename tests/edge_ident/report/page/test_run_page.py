@@ -51,7 +51,7 @@ def test_the_page_says_what_was_written_and_how_the_axis_follows(run: Run) -> No
     assert "read back and confirmed by a motion. They are lost without power." in first
     old, new = [row for row in tree.rows() if row[0] in ("old", "new")][:2]
     assert old[1:3] == ["82.4\N{NO-BREAK SPACE}mrad", "30.0"]
-    assert new[1] == "0.605\N{NO-BREAK SPACE}mrad"
+    assert new[1] == "6.05\N{NO-BREAK SPACE}mrad"
     sha = hashlib.sha256((folder / "capture.npz").read_bytes()).hexdigest()
     assert sha in tree.text("script")
     assert document["network_sha256"] in tree.text("script")
