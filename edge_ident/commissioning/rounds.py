@@ -44,6 +44,9 @@ MOST_WRITES: Final = 3
 VERIFICATION_FILE: Final = "verification.npz"
 _INTERVAL: Final = 2.0
 """Standard deviations within which the effort may be late."""
+_DISBELIEF: Final = 0.2
+"""Logarithm by which forecasts may be off before one was measured: what machines of another
+simulation did beyond the draws (tools/used_machines.py)."""
 _CAREFUL: Final = 0.5
 """Bandwidth of the round after one that was taken back, over that one's."""
 
@@ -105,7 +108,7 @@ class Rounds:
         self._recordings: list[Recording] = [before.capture.recording]
         self._caution = dict.fromkeys(self._board.axes, 0)
         self._bandwidths: dict[str, float] = {}
-        self._disbelief = 0.0
+        self._disbelief = _DISBELIEF
         self._timing = {name: axis.timing for name, axis in first.found.axes.items()}
         self.local = first.found.model
         self.done: list[Round] = []

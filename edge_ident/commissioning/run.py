@@ -264,8 +264,10 @@ class _Job:
     def _afterwards(self) -> None:
         """Diagnose, and write once more where that is worth it; Ctrl-C keeps what is confirmed."""
         try:
+            known = self.found
             self._diagnose()
-            self._improve()
+            if self.found is not known:
+                self._improve()
         except KeyboardInterrupt:
             if self.rounds.confirmed is None:
                 raise
