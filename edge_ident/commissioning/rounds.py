@@ -258,7 +258,6 @@ class Rounds:
         lasting = [term for term in axis.model.terms[1:] if not named(term.effect).tied_to_time]
         tables = "load_table" in hardware.law
         late_s = self._timing[name].shift_s
-        self._board.heartbeat()
         return effective_axis(self._recordings, name, lasting, late_s, repeats=tables)
 
     def _trial(self, grounds: Grounds, designs: Mapping[str, GainDesign]) -> Trial:

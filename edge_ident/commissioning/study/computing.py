@@ -1,7 +1,7 @@
-"""Long computations beside a board: its hold is kept, Ctrl-C works, and they end when time is up.
+"""Long computations beside a board: Ctrl-C works at any time, and they end when time is up.
 
-The work runs in a thread of its own. What waits for it beats the board. A computation that is out
-of time or interrupted ends where it next tells its progress.
+The work runs in a thread of its own. A computation that is out of time or interrupted ends where it
+next tells its progress.
 """
 
 import threading
@@ -16,8 +16,8 @@ from edge_ident.errors import EdgeIdentError
 Progress = Callable[[str, int, int], None]
 _T = TypeVar("_T")
 
-_BEAT_S: Final = 0.1
-"""Between two beats; the most impatient watchdog waits for half a second."""
+_LOOK_S: Final = 0.1
+"""Between two looks at the time."""
 
 
 class OutOfTimeError(EdgeIdentError):
@@ -39,9 +39,7 @@ class Budget:
         self.whole_s = self.left_s
 
 
-def computed(
-    work: Callable[[Progress], _T], budget: Budget, on_progress: Progress, beat: Callable[[], None]
-) -> _T:
+def computed(work: Callable[[Progress], _T], budget: Budget, on_progress: Progress) -> _T:
     """Compute within a budget.
 
     Parameters
@@ -51,8 +49,6 @@ def computed(
     budget : Budget
         From which the time is taken.
     on_progress : callable
-    beat : callable
-        Keeps the board's hold.
 
     Raises
     ------
@@ -77,8 +73,7 @@ def computed(
     thread.start()
     try:
         while thread.is_alive():
-            thread.join(_BEAT_S)
-            beat()
+            thread.join(_LOOK_S)
             if thread.is_alive() and time.monotonic() - began_s > budget.left_s:
                 raise OutOfTimeError(
                     f"the diagnosis was not done within {budget.whole_s:g} s",

@@ -85,7 +85,7 @@ class Study:
     def computed(self, work: Callable[[Progress], _T]) -> _T:
         """Diagnose, or design a motion, within the budget; see `computing`."""
         with self.watch.stage("diagnosis"):
-            return computed(work, self.budget, progress_on(self), self.board.heartbeat)
+            return computed(work, self.budget, progress_on(self))
 
     def tell(self, line: str) -> None:
         """Say something to the person at the machine, and to the log."""
