@@ -4,6 +4,7 @@ The heartbeat's thread shares the line: each transfer is whole before the next b
 """
 
 import threading
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final, TypeVar
@@ -54,11 +55,16 @@ class BoardLine:
             if self._unsaid is not None:
                 unsaid, self._unsaid = self._unsaid, None
                 raise unsaid
+            began_s = time.monotonic()
             try:
                 return work()
             except RestartedError as error:
                 self._restarted(error.nonce)
                 raise
+            finally:
+                if self.line is not None:
+                    took_s = time.monotonic() - began_s
+                    self.line.longest_reply_s = max(self.line.longest_reply_s, took_s)
 
     def write_verified(self, writes: Sequence[tuple[int, list[int]]]) -> None:
         """Write registers, (address, words) each, then read all of them back and compare.

@@ -41,10 +41,12 @@ class Heartbeat:
     def start(self) -> None:
         """Begin."""
         self.measure_anew()
+        self._line.once_clean = self._beat
         self._thread.start()
 
     def end(self) -> None:
         """End, and wait for the last one."""
+        self._line.once_clean = lambda: None
         self._ended.set()
         self._thread.join()
 

@@ -1,5 +1,6 @@
 """The narrow seam between host and board: read words, write words."""
 
+from collections.abc import Callable
 from typing import Protocol, runtime_checkable
 
 
@@ -27,7 +28,11 @@ class Line(Link, Protocol):
     Attributes
     ----------
     longest_reply_s : float
-        Longest time that a request has taken so far, from its sending to its reply or its end.
+        Longest time that a request has taken so far, its repetitions included; the host notes it.
+    once_clean : callable
+        Called before anything else is asked, where a reply was missing and the line works again:
+        a sign of life is due then.
     """
 
     longest_reply_s: float
+    once_clean: Callable[[], None]

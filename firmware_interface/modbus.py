@@ -85,6 +85,7 @@ class ModbusLink:
     Attributes
     ----------
     longest_reply_s : float
+    once_clean : callable
         See `firmware_interface.link.Line`.
 
     Raises
@@ -106,6 +107,7 @@ class ModbusLink:
         self._dirty = False
         self._last_read = (0, 0)
         self.longest_reply_s = 0.0
+        self.once_clean: Callable[[], None] = _nothing
         self._unanswered: list[tuple[int, int, float]] = []
         """Address and count of reads whose reply may still come, and when they were given up."""
         try:
@@ -196,15 +198,12 @@ class ModbusLink:
 
     def _transact(self, request: Callable[[], ModbusPDU]) -> ModbusPDU:
         self._dirty = True
-        sent_s = time.monotonic()
         try:
             reply = request()
         except ConnectionException as error:
             raise self._no_reply("the connection is lost") from error
         except (ModbusException, OSError) as error:
             raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
-        finally:
-            self.longest_reply_s = max(self.longest_reply_s, time.monotonic() - sent_s)
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
             raise self._refused(reply.exception_code)
@@ -240,6 +239,9 @@ class ModbusLink:
                     raise
                 continue
             if words == self._identity:
+                self.once_clean()
+                if self._lost_again():
+                    raise self._no_reply("no reply again")
                 return
             if _is_identity(words):
                 self._identity = words
@@ -250,6 +252,9 @@ class ModbusLink:
             f"{self._name} is no longer the same board",
             "make sure that no other host or device is connected, then connect again",
         )
+
+    def _lost_again(self) -> bool:
+        return self._dirty
 
     def _drain(self) -> None:
         """Be rid of replies that are on their way."""
@@ -268,6 +273,10 @@ class ModbusLink:
 
     def _no_reply(self, cause: str) -> NoReplyError:
         return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
+
+
+def _nothing() -> None:
+    """What is to be done once the line is clean, where nobody wants anything."""
 
 
 def _is_identity(words: list[int]) -> bool:

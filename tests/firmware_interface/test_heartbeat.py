@@ -31,7 +31,7 @@ class NearLine(VirtualBoard):
 
     def __init__(self, speed: float = 1.0) -> None:
         super().__init__(clock=WallClock(speed))
-        self.longest_reply_s = 0.0
+        self.longest_reply_s, self.once_clean = 0.0, lambda: None
         self.signs: list[int] = []
         self.sign = threading.Event()
         self.fails: Exception | None = None

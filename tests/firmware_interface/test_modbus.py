@@ -237,6 +237,27 @@ def test_reads_are_repeated_after_a_silence(served: Served) -> None:
 
 
 @pytest.mark.parametrize("line", LINES)
+def test_a_sign_of_life_goes_out_first_once_the_line_works_again(served: Served, line: str) -> None:
+    """What is asked again takes time that the board's watchdog may not have."""
+    virtual, serial_number = SlowBoard(), REGISTERS["identity.serial_number"]
+    with served(virtual, line) as url:
+        link = open_link(url, timeout_s=1.0)
+        held: list[bool] = []
+
+        def read(address: int, count: int) -> list[int]:
+            if address == serial_number.address:
+                held.append(virtual.machine.session.key == 7)
+            return SlowBoard.read(virtual, address, count)
+
+        virtual.read = read  # type: ignore[method-assign]
+        link.once_clean = lambda: link.write(REGISTERS["session.key"].address, [0, 7])
+        virtual.delay_s = 1.2
+        assert link.read(serial_number.address, 2) == [0, 1]
+        assert (held[0], held[-1]) == (False, True)
+        link.close()
+
+
+@pytest.mark.parametrize("line", LINES)
 def test_ctrl_c_in_the_middle_of_a_request_leaves_the_link_usable(
     served: Served, short_motion: Trajectory, line: str
 ) -> None:
