@@ -72,7 +72,7 @@ def test_what_friction_makes_at_the_reversals_is_no_vibration(tmp_path: Path) ->
     assert [cause.term.effect for cause in found.causes] == ["asymmetric_friction"]
     assert found.verdict is Verdict.EXPLAINED
     assert found.lines == ()
-    assert outcome.trusted
+    assert outcome.identification.trusted
 
 
 def test_time_goes_on_from_one_motion_to_the_next(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_time_goes_on_from_one_motion_to_the_next(tmp_path: Path) -> None:
     assert not cause.inseparable
     assert after.verdict is Verdict.EXPLAINED
     assert outcome.identification.axes["z"].end_s > second.recording.begin_s
-    assert outcome.trusted
+    assert outcome.identification.trusted
 
 
 def spring() -> VirtualBoard:
@@ -116,7 +116,7 @@ def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path
     assert cause.term.effect == "position_dependent_load"
     assert all(other.separable for other in cause.alternatives)
     assert separation.diagnoses(outcome.identification).keys() == {"x"}
-    assert outcome.trusted
+    assert outcome.identification.trusted
     assert after.estimate.parameters[0] == pytest.approx(0.43, rel=0.02)
     assert outcome.separation.ended == "one explanation is left"
     assert_time_is_told(outcome)
@@ -160,7 +160,7 @@ def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(
 
 
 def test_no_livelier_motion_where_one_is_allowed(only_one: Outcome) -> None:
-    assert not only_one.trusted
+    assert not only_one.identification.trusted
     assert only_one.separation.ended == (
         "axis x, inertia cannot be told from a spring after the one motion that was allowed"
     )
@@ -169,7 +169,7 @@ def test_no_livelier_motion_where_one_is_allowed(only_one: Outcome) -> None:
 def test_no_livelier_motion_without_a_diagnosis(tmp_path: Path) -> None:
     outcome = run(spring(), tmp_path, diagnose=False)
     assert len(outcome.separation.motions) == 1
-    assert not outcome.trusted
+    assert not outcome.identification.trusted
 
 
 def test_a_livelier_motion_that_takes_too_long_is_not_made(tmp_path: Path) -> None:
