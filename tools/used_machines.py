@@ -5,23 +5,23 @@
     python -m tools.used_machines --count 20 --friction lugre --output lugre.jsonl
     python -m tools.used_machines --output used.jsonl --summary
 
-Each machine of `--used` is run as a user runs it, with default options, on the virtual board that
-is embedded in the command. The gains that the board has at the end are then judged on machines as
-they were at the start: on the second motion of `run`, and on a third one that nobody was told of.
-So are the gains before, and those that are designed from the true local parameters: true inertia,
-and the line through the true friction. A row a run goes to the file; what is there is not run
-again, and Ctrl-C ends it. The tables are of all rows in the file.
+Each machine of `--used` is run as a user runs it, with default options, in a process of its own, on
+the virtual board that is embedded in the command. The gains that the board has at the end are then
+judged on machines as they were at the start: on the second motion of `run`, and on a third one that
+nobody was told of. So are the gains before, and those that are designed from the true local
+parameters: true inertia, and the line through the true friction. A row a run goes to the file; what
+is there is not run again, and Ctrl-C ends it. The tables are of all rows in the file.
 """
 
 import argparse
 import json
 import resource
-import signal
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -91,7 +91,8 @@ class Seen:
     moved : int
         Samples in which an axis moved.
     first_write : tuple of float, optional
-        Wall and processor time outside the board before the first of them, s.
+        Wall and processor time outside the board from the end of the first motion to the first of
+        them, s.
     """
 
     board: VirtualBoard
@@ -99,6 +100,7 @@ class Seen:
     def __init__(self) -> None:
         self.writes = self.moved = 0
         self.first_write: tuple[float, float] | None = None
+        self._moved_at: tuple[float, float] | None = None
         self._inside = np.zeros(2)
         self._began = _clocks()
 
@@ -125,7 +127,9 @@ class Seen:
         def noted_commit(banks: GainBanks, now_s: float, staged: Bank) -> None:
             if staged != banks.active:  # a run first commits what is there, to try the way back
                 self.writes += 1
-                self.first_write = self.first_write or self.spent
+                wall, processor = self._moved_at or (0.0, 0.0)
+                now = self.spent[0] - wall, self.spent[1] - processor
+                self.first_write = self.first_write or now
             commit(banks, now_s, staged)
 
         _put(noted_read, noted_write, noted_commit)
@@ -144,6 +148,8 @@ class Seen:
         finally:
             self.moved += moved * (machine.samples - before)
             self._inside += np.array([time.perf_counter(), time.thread_time()]) - began
+            if machine.state is State.DRAINING:
+                self._moved_at = self._moved_at or self.spent
 
 
 def _put(read: Any, write: Any, commit: Any) -> None:
@@ -359,18 +365,40 @@ def _rows(
     left: Sequence[Case], processes: int, keep: Path | None, judged: Mapping[Any, Row]
 ) -> Iterator[Row]:
     """Rows as they come; Ctrl-C ends those that are not begun."""
-    pool = ProcessPoolExecutor(processes, initializer=signal.signal, initargs=_QUIET)
-    try:
+    with ThreadPoolExecutor(processes) as pool:
         every = [
-            pool.submit(one_run, case, keep, judged.get(_machine_of(asdict(case)))) for case in left
+            pool.submit(_in_process, case, keep, judged.get(_machine_of(asdict(case))))
+            for case in left
         ]
-        for done in as_completed(every):
-            yield done.result()
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+        try:
+            for done in as_completed(every):
+                yield from done.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
-_QUIET: Final = (signal.SIGINT, signal.SIG_IGN)
+def _in_process(case: Case, keep: Path | None, judged: Row | None) -> list[Row]:
+    """The row of a run; none where Ctrl-C ended it.
+
+    A diagnosis that was out of time may compute on after its run: each has a process of its own.
+    """
+    given = json.dumps([asdict(case), None if keep is None else str(keep), judged])
+    words = [sys.executable, "-m", "tools.used_machines", *_ONE]
+    done = subprocess.run(words, input=given, stdout=subprocess.PIPE, text=True, check=False)
+    return [json.loads(done.stdout)] if not done.returncode else []
+
+
+def _one() -> None:
+    """Print the row of a run that is asked for on stdin."""
+    case, keep, judged = json.load(sys.stdin)
+    case["options"] = tuple(case["options"])
+    print(json.dumps(one_run(Case(**case), keep and Path(keep), judged)))
+
+
+_ONE: Final = ["--one"]
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    if sys.argv[1:] == _ONE:
+        _one()
+    else:
+        main(sys.argv[1:])
