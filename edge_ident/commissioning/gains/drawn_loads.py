@@ -147,11 +147,7 @@ def drawn_loads(
     # what deviations of the parameters explain is no noise: it comes back
     unexplained += np.where(known[::every], recorded.made[0] - recorded.made[1:], 0.0)
     unexplained = np.pad(unexplained, ((0, 0), (moved.begin // every, 0)))
-    # no encoder shows how friction turns round within a count: a length of unknown order
-    turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
-    # fewer samples span a narrower band, in which the noise must have the same density
-    count = hardware.encoder_resolution_rad / math.sqrt(every)
-    encoder = count * rng.uniform(-0.5, 0.5, unexplained.shape)
+    turning, encoder = _unseen(hardware, every, unexplained.shape, rng)
 
     def loads(need: _Need) -> Loads:
         beside = need.wanted[1:, moved.begin % every :: every] + unexplained
@@ -160,6 +156,17 @@ def drawn_loads(
     in_recording = loads(recorded)
     later = in_recording if during is then else _either(loads(during), loads(then))
     return in_recording, _drifted(later, grounds.drift.get(name), rng)
+
+
+def _unseen(
+    hardware: LoopHardware, every: int, shape: tuple[int, ...], rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Distance in which friction turns round, and what the encoder reads too much."""
+    # no encoder shows how friction turns round within a count: a length of unknown order
+    turning = hardware.encoder_resolution_rad * _AT_ONCE ** rng.uniform(size=DRAWS)
+    # fewer samples span a narrower band, in which the noise must have the same density
+    count = hardware.encoder_resolution_rad / math.sqrt(every)
+    return turning, count * rng.uniform(-0.5, 0.5, shape)
 
 
 def _drifted(loads: Loads, drift: Array | None, rng: np.random.Generator) -> Loads:
