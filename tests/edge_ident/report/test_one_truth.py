@@ -107,9 +107,9 @@ def test_all_say_the_same(name: str, made: tuple[Outcome, Path]) -> None:
         if answer.tracking is None:
             assert "fell from" not in first
             continue
+        tracking = answer.tracking
         before, after = (
-            f"{1e3 * error:.3g}"
-            for error in (answer.tracking.before_rad, answer.tracking.after_rad)
+            f"{1e3 * error:.3g}" for error in (tracking.before_rad, tracking.after_rad)
         )
         table = next(line for line in said if "tracking error, rms" in line)
         assert before in table
