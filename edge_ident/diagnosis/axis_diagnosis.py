@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
+from edge_ident.diagnosis.fit.friction_line import friction_line
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
 from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
 from edge_ident.diagnosis.fit.term_effort import contributions
@@ -230,7 +231,8 @@ def _axis_diagnosis(
     model = outcome.carried.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
     deviations = with_trades(data, selected.start, model, search.floor.rms)
-    extended = model_fit(data, model, deviations)
+    line = friction_line(data, selected.start, model, search.floor.rms)
+    extended = replace(model_fit(data, model, deviations), effective=line)
     found, minor = _named(outcome, deviations, recordings)
     written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(

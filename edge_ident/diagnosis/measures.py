@@ -23,6 +23,9 @@ class ModelFit:
     fitted, held_out : float
         Relative residual of the fit, and of five-fold cross-validation by blocks of time.
     metric : Metric
+    effective : Estimate or None
+        The same with friction as the line through the friction curve
+        (`edge_ident.diagnosis.fit.friction_line`); None where the curve is a line.
     motion_error : float or None
         Rms position error of the model in simulation (`edge_ident.diagnosis.motion_check`); None
         where it was not simulated.
@@ -32,6 +35,7 @@ class ModelFit:
     fitted: float
     held_out: float
     metric: Metric
+    effective: Estimate | None = None
     motion_error: float | None = None
 
 

@@ -28,6 +28,8 @@ class CompensatedAxis:
         On the even grid, as recorded; the effort less what the actuator withheld.
     effects_unfiltered : (N,) array
         What the effects account for along the motion, in step with the position.
+    friction_effort : (N,) array
+        The part of `effects_effort` that makes up the friction together with the base model's.
     tied_to_time : tuple of str
         Those of them that would act otherwise in a recording that begins later.
     """
@@ -39,4 +41,5 @@ class CompensatedAxis:
     position: Array
     effort: Array
     effects_unfiltered: Array
+    friction_effort: Array
     tied_to_time: tuple[str, ...] = ()

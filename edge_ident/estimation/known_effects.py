@@ -47,6 +47,7 @@ def subtracted(
         effects_effort=effects_effort,
         effort=plain.effort - withheld,
         effects_unfiltered=added,
+        friction_effort=_friction(acting, motion, others, signals),
         tied_to_time=tuple(t.effect for t in plain.effects if named(t.effect).tied_to_time),
     )
 
@@ -80,6 +81,17 @@ def _added(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> Array:
     """What the effects add to the effort that the motion needs."""
     base = replace(axis, terms=axis.terms[:1])
     return inverse_effort(axis, motion, others) - inverse_effort(base, motion)
+
+
+def _friction(
+    axis: AxisModel, motion: Motion, others: dict[str, Motion], signals: Signals
+) -> Array:
+    """Effort of the effects that make up the friction together with the base model's, filtered."""
+    sharing = [t for t in axis.terms[1:] if named(t.effect).search.shares_friction]
+    if not sharing:
+        return np.zeros(len(signals.effort))
+    added = _added(obeyed(replace(axis, terms=(axis.terms[0], *sharing))), motion, others)
+    return np.asarray(bridge(lowpass(added, signals.cutoff_hz, signals.period_s), signals.moving))
 
 
 def _withheld(axis: AxisModel, effort: Array) -> Array:

@@ -6,7 +6,7 @@ twentieth.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -35,7 +35,10 @@ _HOPELESS: Final = 100.0
 """Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
-_OF_THE_MOTION: Final = ("inseparable", "negative_", "undetermined_")
+UNDETERMINED: Final = "undetermined_"
+"""Beginning of the code of a finding against a parameter. It does not block where friction trades
+places among the terms of the model, and its line is known."""
+_OF_THE_MOTION: Final = ("inseparable", "negative_", UNDETERMINED)
 """Beginnings of the codes of findings that a livelier motion settles."""
 OF_PARAMETERS: Final = (*_OF_THE_MOTION, "estimators_disagree_")
 """Beginnings of the codes of findings against single parameters, whose names follow."""
@@ -67,7 +70,11 @@ class Finding:
 
 
 def check_estimate(
-    estimate: Estimate, columns: Columns, effort: Array, relative_residual: float
+    estimate: Estimate,
+    columns: Columns,
+    effort: Array,
+    relative_residual: float,
+    line: Estimate | None = None,
 ) -> list[Finding]:
     """Findings against an estimate.
 
@@ -78,6 +85,8 @@ def check_estimate(
         (N, 4).
     effort : (N,) array
     relative_residual : float
+    line : Estimate, optional
+        With friction as the line through the friction curve, where that bends.
     """
     rms_effort = float(np.sqrt(np.mean(effort**2)))
     rms_columns = np.sqrt(np.mean(columns.values**2, axis=0))
@@ -96,6 +105,9 @@ def check_estimate(
     findings += _inseparable(columns)
     for index in range(len(PARAMETERS)):
         finding = _check_parameter(index, estimate, rms_columns, rms_effort)
+        if line is not None:
+            of_line = _check_parameter(index, line, rms_columns, rms_effort)
+            finding = _beside_line(finding, of_line, index, line)
         if finding:
             findings.append(finding)
     return findings
@@ -188,7 +200,7 @@ def _check_parameter(
     moved = std * rms_columns[index] / max(rms_effort, _TINY)
     if moved > UNCERTAIN_EFFORT_LIMIT or (POSITIVE[index] and value <= 0):
         return Finding(
-            f"undetermined_{name}",
+            f"{UNDETERMINED}{name}",
             f"{spoken} is not determined: {value:.4g} ± {std:.2g}, which alone "
             f"moves the effort by {moved:.1%}",
             _better_motion(index, max(std / max(abs(value), _TINY), TARGET), rms_columns),
@@ -203,6 +215,23 @@ def _check_parameter(
             blocks=False,
         )
     return None
+
+
+def _beside_line(
+    finding: Finding | None, of_line: Finding | None, index: int, line: Estimate
+) -> Finding | None:
+    """What is found against a parameter, beside what is known of the line through the friction."""
+    if of_line is not None and of_line.blocks:
+        return finding if finding is not None and finding.blocks else of_line
+    if finding is None or not finding.code.startswith(UNDETERMINED):
+        return finding
+    value, std = line.parameters[index], line.std[index]
+    return replace(
+        finding,
+        message=f"{finding.message}; it trades places with other terms of the friction. Of the "
+        f"line through the friction curve it is {value:.4g} ± {std:.2g}",
+        blocks=False,
+    )
 
 
 def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:

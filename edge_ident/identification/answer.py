@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
@@ -110,6 +111,8 @@ class _Choice:
         For the effects of the model that the estimate belongs to.
     reason : str
         Why it is the answer.
+    line : Estimate or None
+        The same with friction as the line through the friction curve, where that bends.
     """
 
     source: ParameterSource
@@ -117,6 +120,7 @@ class _Choice:
     model_error: Array
     compensated: CompensatedAxis
     reason: str
+    line: Estimate | None = None
 
 
 def answer(
@@ -143,12 +147,15 @@ def answer(
     modelled = columns.values @ chosen.estimate.parameters + effects
     axis, metric = estimates.recording.axes[estimates.name], compare(measured, modelled)
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
-    doubts = check_estimate(chosen.estimate, columns, measured, metric.relative_residual)
+    doubts = check_estimate(
+        chosen.estimate, columns, measured, metric.relative_residual, chosen.line
+    )
     findings = _findings(estimates, outcome, seen, chosen, doubts)
     if network is not None and estimates.adequacy.adequate:
         findings += compare_estimators(network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,
+        line=chosen.line,
         source=chosen.source,
         reason=chosen.reason,
         model_error=chosen.model_error,
@@ -231,15 +238,32 @@ def _chosen(
         # a model that is not enough is a compromise: over all samples, those of reversals too
         best = _best(bases, known.signals) if adequate else linear
         reason = _reason(network, best)
-        return _Choice(best.source, best.estimate, best.model_error, known, reason)
+        line = _line_with_known(best.estimate, known, estimates.part)
+        return _Choice(best.source, best.estimate, best.model_error, known, reason, line)
     apart = network.parameters - linear.estimate.parameters
+    estimate = _widened(network, apart)
     return _Choice(
         ParameterSource.NETWORK,
-        _widened(network, apart),
+        estimate,
         np.hypot(linear.model_error, apart),
         known,
         "effects outside the base model change the network's result less than least squares",
+        _line_with_known(estimate, known, estimates.part),
     )
+
+
+def _line_with_known(
+    estimate: Estimate, known: CompensatedAxis, part: EstimationPart
+) -> Estimate | None:
+    """An estimate beside known effects, with the line through all friction in place of its own;
+    None where no known effect is friction. What the effects' values are off by, the estimate takes
+    up, and the line does not move."""
+    friction = known.friction_effort[part.samples]
+    if not np.any(friction):
+        return None
+    columns = Columns(part.columns.values[:, 1:])
+    added = np.concatenate([[0.0], columns.solved(friction) / columns.length])
+    return Estimate(estimate.parameters + added, estimate.std)
 
 
 def _fits(extended: _Choice, estimates: AxisEstimates, base: _Base) -> bool:
@@ -272,8 +296,31 @@ def _extended(
         error = np.hypot(error, estimate.parameters - base.parameters)
         reason = f"what it adds to the base model is minor, and certain: {causes}"
     return _Choice(
-        ParameterSource.EXTENDED_MODEL, _widened(estimate, error), error, compensated, reason
+        ParameterSource.EXTENDED_MODEL,
+        _widened(estimate, error),
+        error,
+        compensated,
+        reason,
+        _line(estimates, diagnosed, compensated, bases),
     )
+
+
+def _line(
+    estimates: AxisEstimates,
+    diagnosed: "AxisDiagnosis",
+    compensated: CompensatedAxis,
+    bases: tuple[_Base, _Base],
+) -> Estimate | None:
+    """The extended model with friction as a line. What parts of the motion move in friction, they
+    move in its line as well: the two differ by a constant."""
+    line = diagnosed.extended.effective
+    if line is None:
+        return None
+    error = _model_error(compensated, estimates.part, line.std)
+    if diagnosed.base_is_enough:
+        base = _best(bases, estimates.compensated.signals).estimate
+        error = np.hypot(error, line.parameters - base.parameters)
+    return _widened(line, error)
 
 
 def _widened(estimate: Estimate, by: Array) -> Estimate:

@@ -1,6 +1,6 @@
 """What an identification says: parameters, whether to trust them, and a model."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.trust import OF_PARAMETERS, Finding
+from edge_ident.estimation.trust import OF_PARAMETERS, UNDETERMINED, Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.timing import Timing
@@ -62,6 +62,9 @@ class AxisIdentification:
     ----------
     estimate : Estimate
         What is reported and used; its deviations include the model error.
+    line : Estimate or None
+        The same with friction as the line through the friction curve, over the speeds that were
+        visited; None where the model's friction is a line.
     source : ParameterSource
         Which of the estimates that is; `reason` says why.
     reason : str
@@ -104,6 +107,7 @@ class AxisIdentification:
     """
 
     estimate: Estimate
+    line: Estimate | None
     source: ParameterSource
     reason: str
     model_error: NDArray[np.float64]
@@ -138,6 +142,12 @@ class AxisIdentification:
         return f"{self.diagnosis.verdict.value}: {found or 'no cause'}; {self.source.spoken} used"
 
     @property
+    def effective(self) -> Estimate:
+        """Inertia, and friction as a line: what holds over the speeds that were visited, however
+        friction divides among the terms of the model."""
+        return self.estimate if self.line is None else self.line
+
+    @property
     def trusted(self) -> bool:
         """Whether nothing found forbids acting on the estimate."""
         return not any(finding.blocks for finding in self.findings)
@@ -148,19 +158,31 @@ class AxisIdentification:
         return not any(finding.contradicts for finding in self.findings)
 
     @property
-    def known(self) -> tuple[bool, bool, bool, bool]:
+    def known(self) -> tuple[bool, ...]:
         """Whether each parameter is known: its interval is worth acting on. It says more than that
         there is one: its value is certainly not zero, or the offset smaller than the friction."""
-        doubted = [f.code for f in self.findings if f.blocks and f.code.startswith(OF_PARAMETERS)]
+        undetermined = (f for f in self.findings if f.code.startswith(UNDETERMINED))
+        return self._known(self.estimate, [f.code for f in (*self._blocking, *undetermined)])
+
+    @property
+    def effective_known(self) -> tuple[bool, ...]:
+        """The same of `effective`."""
+        return self._known(self.effective, [f.code for f in self._blocking])
+
+    @property
+    def _blocking(self) -> tuple[Finding, ...]:
+        return tuple(finding for finding in self.findings if finding.blocks)
+
+    def _known(self, estimate: Estimate, codes: Iterable[str]) -> tuple[bool, ...]:
+        doubted = [code for code in codes if code.startswith(OF_PARAMETERS)]
         sure = self.consistent and "inseparable" not in doubted
-        sizes = np.abs(self.estimate.parameters)
+        sizes = np.abs(estimate.parameters)
         sizes[-1] = sizes[-2]
-        narrow = NORMAL_95 * self.estimate.std < sizes
-        inertia, viscous, coulomb, offset = (
+        narrow = NORMAL_95 * estimate.std < sizes
+        return tuple(
             bool(sure and narrow[n] and not any(code.endswith(name) for code in doubted))
             for n, name in enumerate(PARAMETERS)
         )
-        return inertia, viscous, coulomb, offset
 
 
 @dataclass(frozen=True, repr=False)

@@ -40,7 +40,7 @@ def identification_answer(
         *trust_lines(found),
         *model_lines(found),
         *next_lines(identification_steps(found) or [without_findings]),
-        parameter_table(found.model),
+        parameter_table(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
     rest = [identification_view(found)] if details else identification_remarks(found)
     return Group(*parts, *rest)

@@ -38,7 +38,8 @@ def diagnosis_answer(found: Diagnosis, *, details: bool = False) -> Group:
     steps = distinct(step for name in found.axes for step in _steps(name, found))
     parts: list[RenderableType] = [_verdict(name, axis) for name, axis in found.axes.items()]
     parts += [*_forbidden(found), *_validated(found)]
-    parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model)]
+    lines = {name: axis.extended.effective for name, axis in found.axes.items()}
+    parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model, lines)]
     return Group(*parts, *([diagnosis_view(found)] if details else _remarks(found)))
 
 

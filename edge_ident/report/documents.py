@@ -13,7 +13,7 @@ from edge_ident.identification.result import (
     Identification,
     ParameterSource,
 )
-from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.support.hashing import file_sha256
@@ -38,12 +38,8 @@ def identification_document(identification: Identification) -> dict[str, Any]:
 def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
     return {
-        "parameters": {
-            name: {**of, "known": known}
-            for (name, of), known in zip(
-                _estimate(axis.estimate, axis.units).items(), axis.known, strict=True
-            )
-        },
+        "parameters": _with_known(_estimate(axis.estimate, axis.units), axis.known),
+        "effective": _effective(axis),
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),
@@ -75,6 +71,27 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "consistent": axis.consistent,
         "warnings": [finding_document(finding) for finding in axis.findings],
     }
+
+
+def _with_known(entries: dict[str, Any], known: tuple[bool, ...]) -> dict[str, Any]:
+    """Entries of parameters, and whether each is known."""
+    return {name: {**entries[name], "known": known[i]} for i, name in enumerate(PARAMETERS)}
+
+
+def _effective(axis: AxisIdentification) -> dict[str, Any]:
+    """Friction as a line: that through the friction curve, or the parameters where it is one."""
+    entries = _with_known(_estimate(axis.effective, axis.units), axis.effective_known)
+    source = "parameters" if axis.line is None else "line_through_friction_curve"
+    friction = {
+        name: {**entry, "interval": _interval(entry["value"], entry["std"])}
+        for name, entry in list(entries.items())[1:]
+    }
+    return {"from": source, **friction}
+
+
+def _interval(value: float, std: float) -> list[float | None]:
+    """The ends of a 95 % interval."""
+    return [finite(value - NORMAL_95 * std), finite(value + NORMAL_95 * std)]
 
 
 def _base(axis: AxisIdentification) -> dict[str, Any] | None:

@@ -17,6 +17,7 @@ from edge_ident.identification.result import (
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.support.tables import FittingTable
+from edge_ident.support.words import spoken
 
 if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign
@@ -77,6 +78,11 @@ def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:
     for i, parameter in enumerate(PARAMETERS):
         cells = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
         table.add_row(parameter.replace("_", " "), *cells, axis.units[i])
+    if axis.line is not None:
+        for i, parameter in enumerate(PARAMETERS[1:], 1):
+            rest = ["–"] * (len(columns) - 1)
+            label = f"effective {spoken(parameter)}"
+            table.add_row(label, _value(axis.line, i), *rest, axis.units[i])
     return table
 
 

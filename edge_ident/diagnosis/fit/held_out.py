@@ -107,10 +107,10 @@ def standard_deviations(data: AxisData, fitted: FittedModel) -> Array:
     A parameter that a bound holds has the deviation that it would have without the bound.
     """
     derivatives = nonlinear_derivatives(data, fitted)
-    found = _deviations(data, fitted, np.hstack([fitted.jacobian, derivatives]))
+    found = deviations_of(data, fitted, np.hstack([fitted.jacobian, derivatives]))
     if np.all(fitted.free):
         return found
-    every = _deviations(data, fitted, np.hstack([fitted.derivatives, derivatives]))
+    every = deviations_of(data, fitted, np.hstack([fitted.derivatives, derivatives]))
     free = np.concatenate([fitted.free, np.ones(derivatives.shape[1], dtype=np.bool_)])
     return np.where(free, found, every)
 
@@ -149,11 +149,11 @@ def joint_deviation(data: AxisData, fitted: FittedModel, places: Sequence[int]) 
     others = np.delete(fitted.jacobian, columns, axis=1)
     rest = [k for k in range(len(fitted.terms)) if k not in places]
     shapes = nonlinear_derivatives(data, fitted, rest)
-    return float(_deviations(data, fitted, np.column_stack([others, shapes, together]))[-1])
+    return float(deviations_of(data, fitted, np.column_stack([others, shapes, together]))[-1])
 
 
-def _deviations(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
-    """Standard deviations (P,) of the parameters of a Jacobian (n, P)."""
+def deviations_of(data: AxisData, fitted: FittedModel, jacobian: Array) -> Array:
+    """Standard deviations (P,) of the parameters of a Jacobian (n, P), for coloured residuals."""
     unit, length = unit_length(jacobian[data.valid])
     residual = (data.effort - fitted.predicted)[data.valid]
     return np.asarray(coloured_std(unit, residual) / length)

@@ -36,7 +36,7 @@ def with_trades(data: AxisData, base: FittedModel, model: FittedModel, floor: fl
     """
     deviations, known = standard_deviations(data, model), len(PARAMETERS)
     traded = traded_deviations(data, base, model, floor)
-    shifted = _shifted_deviations(data, model)
+    shifted = shifted_deviations(data, model)
     deviations[:known] = np.sqrt(deviations[:known] ** 2 + traded**2 + shifted**2)
     return np.hypot(deviations, attenuation(data, model))
 
@@ -67,7 +67,7 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
     return np.sqrt(variance)
 
 
-def _shifted_deviations(data: AxisData, model: FittedModel) -> Array:
+def shifted_deviations(data: AxisData, model: FittedModel) -> Array:
     """Standard deviations (4,) of the base parameters from shifts that a limit holds.
 
     Such a shift may lie anywhere between its limits; the fit has it at one of them.

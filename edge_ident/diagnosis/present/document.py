@@ -92,9 +92,11 @@ def _alternative(alternative: Alternative, axis: AxisModel) -> dict[str, Any]:
 
 
 def _fit(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
-    base = base_axis(fit.estimate, *axis.units)
+    base, line = (base_axis(e, *axis.units) for e in (fit.estimate, fit.effective or fit.estimate))
+    effective = values_document(line.terms[0], line)
     return {
         "parameters": values_document(base.terms[0], base),
+        "effective": {name: effective[name] for name in PARAMETERS[1:]},
         "relative_residual": {"fitted": fit.fitted, "held_out": finite(fit.held_out)},
         "metric": asdict(fit.metric),
         "motion_error": {"rms": fit.motion_error, "unit": axis.position_unit},

@@ -6,7 +6,7 @@ from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.present import wording as terms
 from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
+from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.page.cause_list import Bar, cause_bars, other_remarks
@@ -16,6 +16,7 @@ from edge_ident.report.page.map_charts import cause_chart, residual_charts
 from edge_ident.report.page.spectrum_chart import spectrum_chart
 from edge_ident.report.page.time_charts import busiest, effort_chart, residual_chart
 from edge_ident.report.page.wording import digits, sentence, unit_text, with_interval
+from edge_ident.report.parameter_table import EFFECTIVE
 from edge_ident.support.words import spoken
 
 
@@ -114,7 +115,23 @@ def _parameters(axis: AxisDiagnosis) -> Table:
         (spoken(name), *(with_interval(*column[name]) for column in columns), unit)
         for name, unit in zip(PARAMETERS, _units(axis.model), strict=True)
     ]
-    return Table("Parameters, with 95 % intervals", ("", *models, "unit"), rows)
+    title = "Parameters, with 95 % intervals"
+    if axis.causes and axis.extended.effective is not None:
+        rows += _line_rows(axis.base.estimate, axis.extended.effective, _units(axis.model))
+        title += f" ({EFFECTIVE})"
+    return Table(title, ("", *models, "unit"), rows)
+
+
+def _line_rows(base: Estimate, line: Estimate, units: list[str]) -> list[Row]:
+    """The line through the friction curve, which the simple model's friction is already."""
+    return [
+        (
+            f"effective {spoken(name)}",
+            *(with_interval(float(e.parameters[i]), float(e.std[i])) for e in (base, line)),
+            units[i],
+        )
+        for i, name in enumerate(PARAMETERS[1:], 1)
+    ]
 
 
 def _values(fit: ModelFit, model: AxisModel) -> dict[str, tuple[float, float | None]]:
