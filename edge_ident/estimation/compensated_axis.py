@@ -28,8 +28,9 @@ class CompensatedAxis:
         On the even grid, as recorded; the effort less what the actuator withheld.
     effects_unfiltered : (N,) array
         What the effects account for along the motion, in step with the position.
-    friction_effort : (N,) array
-        The part of `effects_effort` that makes up the friction together with the base model's.
+    friction_line : (3,) array or None
+        Viscous friction, Coulomb friction and offset of the line through what the effects add to
+        the friction, over the samples in motion; None where they add nothing.
     tied_to_time : tuple of str
         Those of them that would act otherwise in a recording that begins later.
     """
@@ -41,5 +42,5 @@ class CompensatedAxis:
     position: Array
     effort: Array
     effects_unfiltered: Array
-    friction_effort: Array
     tied_to_time: tuple[str, ...] = ()
+    friction_line: Array | None = None

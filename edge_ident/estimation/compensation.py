@@ -74,7 +74,7 @@ def _conditioned(
         signals = with_effort(of_motion, axis.effort, shift_s)
     position, effort = (signals.grid.resampled(x) for x in (axis.position, axis.effort))
     nothing = np.broadcast_to(0.0, effort.shape)
-    return CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing, nothing)
+    return CompensatedAxis(signals, nothing, effects, shift_s, position, effort, nothing)
 
 
 def _known(model: Model, recording: Recording, name: str) -> AxisModel:

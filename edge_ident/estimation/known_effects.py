@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.model import AxisModel, Term, regressor
 from edge_ident.model.motion import Motion
 from edge_ident.model.sources import axes_of
 from edge_ident.signals.conditioning import Signals
@@ -47,7 +48,7 @@ def subtracted(
         effects_effort=effects_effort,
         effort=plain.effort - withheld,
         effects_unfiltered=added,
-        friction_effort=_friction(acting, motion, others, signals),
+        friction_line=_friction_line(obeyed(acting), motion, others, signals),
         tied_to_time=tuple(t.effect for t in plain.effects if named(t.effect).tied_to_time),
     )
 
@@ -83,15 +84,16 @@ def _added(axis: AxisModel, motion: Motion, others: dict[str, Motion]) -> Array:
     return inverse_effort(axis, motion, others) - inverse_effort(base, motion)
 
 
-def _friction(
+def _friction_line(
     axis: AxisModel, motion: Motion, others: dict[str, Motion], signals: Signals
-) -> Array:
-    """Effort of the effects that make up the friction together with the base model's, filtered."""
+) -> Array | None:
+    """The line through what effects add to the friction, over the samples in motion."""
     sharing = [t for t in axis.terms[1:] if named(t.effect).search.shares_friction]
     if not sharing:
-        return np.zeros(len(signals.effort))
-    added = _added(obeyed(replace(axis, terms=(axis.terms[0], *sharing))), motion, others)
-    return np.asarray(bridge(lowpass(added, signals.cutoff_hz, signals.period_s), signals.moving))
+        return None
+    added = _added(replace(axis, terms=(axis.terms[0], *sharing)), motion, others)
+    columns = Columns(regressor(motion.velocity, motion.acceleration)[signals.moving, 1:])
+    return columns.solved(added[signals.moving]) / columns.length
 
 
 def _withheld(axis: AxisModel, effort: Array) -> Array:

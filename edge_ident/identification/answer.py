@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
-from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
@@ -238,7 +237,7 @@ def _chosen(
         # a model that is not enough is a compromise: over all samples, those of reversals too
         best = _best(bases, known.signals) if adequate else linear
         reason = _reason(network, best)
-        line = _line_with_known(best.estimate, known, estimates.part)
+        line = _line_with_known(best.estimate, known)
         return _Choice(best.source, best.estimate, best.model_error, known, reason, line)
     apart = network.parameters - linear.estimate.parameters
     estimate = _widened(network, apart)
@@ -248,22 +247,17 @@ def _chosen(
         np.hypot(linear.model_error, apart),
         known,
         "effects outside the base model change the network's result less than least squares",
-        _line_with_known(estimate, known, estimates.part),
+        _line_with_known(estimate, known),
     )
 
 
-def _line_with_known(
-    estimate: Estimate, known: CompensatedAxis, part: EstimationPart
-) -> Estimate | None:
+def _line_with_known(estimate: Estimate, known: CompensatedAxis) -> Estimate | None:
     """An estimate beside known effects, with the line through all friction in place of its own;
     None where no known effect is friction. What the effects' values are off by, the estimate takes
     up, and the line does not move."""
-    friction = known.friction_effort[part.samples]
-    if not np.any(friction):
+    if known.friction_line is None:
         return None
-    columns = Columns(part.columns.values[:, 1:])
-    added = np.concatenate([[0.0], columns.solved(friction) / columns.length])
-    return Estimate(estimate.parameters + added, estimate.std)
+    return Estimate(estimate.parameters + np.array([0.0, *known.friction_line]), estimate.std)
 
 
 def _fits(extended: _Choice, estimates: AxisEstimates, base: _Base) -> bool:

@@ -2,8 +2,9 @@
 
 Friction that bends is made up of base parameters and causes, and these trade places: a recording
 may not tell how much of the friction is viscous. Their sum it shows. Its line is the least-squares
-fit of viscous friction, Coulomb friction and offset to that sum, over the samples of the motion: so
-it is the line over the speeds that were visited, each as often as it was.
+fit of viscous friction, Coulomb friction and offset to that sum, over all samples of the motion
+whose direction is known: so it is the line over the speeds that were visited, each as often as it
+was.
 
 The model's friction is the line and what each cause has beside it. Written so, the coefficients of
 the line are parameters of the same fit, and get their deviations in the same way as those of the
@@ -11,7 +12,8 @@ physical model (`edge_ident.diagnosis.fit.traded`): to first order, with the cov
 parameters. What trades places between friction and a cause is no uncertainty of their sum.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -19,19 +21,21 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.attenuation import attenuation
 from edge_ident.diagnosis.fit.bounded import solve
-from edge_ident.diagnosis.fit.candidates import base_regressor, known_effort
+from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import deviations_of, nonlinear_derivatives
-from edge_ident.diagnosis.fit.term_effort import contributions
 from edge_ident.diagnosis.fit.traded import shifted_deviations, traded_deviations
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, regressor
 
 Array = NDArray[np.float64]
 
 _LINE: Final = slice(1, len(PARAMETERS))
 """Viscous friction, Coulomb friction and offset."""
+_STEP: Final = 1e-4
+"""Of a parameter, for derivatives."""
 
 
 def friction_line(
@@ -50,13 +54,12 @@ def friction_line(
     floor : float
         Rms that noise alone leaves.
     """
-    effort = _beside_base(data, model)
-    if effort is None:
+    friction = _friction(model.axis)
+    if len(friction.terms) == 1:
         return None
-    columns = base_regressor(data)[data.valid, _LINE]
-    parameters = model.base.copy()
-    parameters[_LINE] += solve(columns, effort[data.valid])
-    turned, shapes = _turned(data, model)
+    motion = _Motion.of(data)
+    parameters = np.array([model.base[0], *motion.line(friction)])
+    turned, shapes = _turned(data, model, motion)
     by_noise = deviations_of(data, model, np.hstack([turned.jacobian, shapes]))
     parts = [by_noise, traded_deviations(data, base, turned, floor)]
     parts += [shifted_deviations(data, turned), attenuation(data, model)]
@@ -64,24 +67,64 @@ def friction_line(
     return Estimate(parameters, np.sqrt(variance))
 
 
-def _of_friction(model: FittedModel) -> list[bool]:
-    """Whether each added term makes up the friction together with the base model's."""
-    return [named(t.candidate.effect).search.shares_friction for t in model.terms]
+def _shares(effect: str) -> bool:
+    return named(effect).search.shares_friction
 
 
-def _beside_base(data: AxisData, model: FittedModel) -> Array | None:
-    """Friction (n,) beside that of the base term, known or added; None without any."""
-    known = [t for t in model.template.terms[1:] if named(t.effect).search.shares_friction]
-    added = _of_friction(model)
-    if not (known or any(added)):
-        return None
-    template = replace(model.template, terms=(model.template.terms[0], *known))
-    effort = known_effort(data, template) if known else np.zeros(len(data.effort))
-    parts = zip(contributions(data, model), added, strict=True)
-    return np.asarray(effort + sum(part for part, friction in parts if friction))
+def _friction(axis: AxisModel) -> AxisModel:
+    """The base term, and what makes up the friction together with it."""
+    base, *others = axis.terms
+    return replace(axis, terms=(base, *(t for t in others if _shares(t.effect))))
 
 
-def _turned(data: AxisData, model: FittedModel) -> tuple[FittedModel, Array]:
+@dataclass(frozen=True)
+class _Motion:
+    """All samples of known direction.
+
+    Attributes
+    ----------
+    columns : (N, 3) array
+        Velocity, direction and one.
+    acceleration : (N,) array
+    """
+
+    segments: tuple[Segment, ...]
+    columns: Array
+    acceleration: Array
+
+    @classmethod
+    def of(cls, data: AxisData) -> "_Motion":
+        parts = [
+            regressor(s.motion.velocity, s.motion.acceleration)[s.direction_known]
+            for s in data.segments
+        ]
+        columns = np.concatenate(parts)
+        return cls(data.segments, columns[:, _LINE], columns[:, 0])
+
+    def line(self, axis: AxisModel) -> Array:
+        """Viscous friction, Coulomb friction and offset of the line (3,) through what an axis
+        resists with beside its inertia."""
+        efforts = [s.obeyed_effort(axis)[s.direction_known] for s in self.segments]
+        inertia = float(axis.parameters[0])
+        return solve(self.columns, np.concatenate(efforts) - inertia * self.acceleration)
+
+    def slopes(self, axis: AxisModel, place: int, names: Sequence[str]) -> Array:
+        """Derivatives (3, P) of the line by parameters of one term."""
+        term = axis.terms[place]
+        found = np.zeros((self.columns.shape[1], len(names)))
+
+        def moved(name: str, by: float) -> Array:
+            side = replace(term, values={**term.values, name: float(term.values[name]) + by})
+            terms = (side if k == place else one for k, one in enumerate(axis.terms))
+            return self.line(replace(axis, terms=tuple(terms)))
+
+        for column, name in enumerate(names):
+            step = _STEP * (abs(float(term.values[name])) or 1.0)
+            found[:, column] = (moved(name, step) - moved(name, -step)) / (2.0 * step)
+        return found
+
+
+def _turned(data: AxisData, model: FittedModel, motion: _Motion) -> tuple[FittedModel, Array]:
     """The model with its derivatives by linear and by nonlinear parameters (n, S), those of
     friction beside the line.
 
@@ -90,13 +133,17 @@ def _turned(data: AxisData, model: FittedModel) -> tuple[FittedModel, Array]:
     columns, derivatives = base_regressor(data)[:, _LINE], model.derivatives.copy()
     shapes, free = nonlinear_derivatives(data, model), model.free.copy()
     free[_LINE] = True
+    friction = _friction(model.axis)
+    place = len(friction.terms) - sum(_shares(t.candidate.effect) for t in model.terms)
     first = 0
-    for k, friction in enumerate(_of_friction(model)):
-        last = first + len(model.terms[k].candidate.form.nonlinear)
-        if friction:
-            for values, at in ((derivatives, model.columns_of(k)), (shapes, slice(first, last))):
-                along = solve(columns[data.valid], values[data.valid, at])
-                values[:, at] -= columns @ along
-            free[model.columns_of(k)] = True
+    for k, t in enumerate(model.terms):
+        last = first + len(t.candidate.form.nonlinear)
+        if _shares(t.candidate.effect):
+            at = model.columns_of(k)
+            derivatives[:, at] -= columns @ motion.slopes(friction, place, list(t.linear))
+            names = t.candidate.form.nonlinear
+            shapes[:, first:last] -= columns @ motion.slopes(friction, place, names)
+            free[at] = True
+            place += 1
         first = last
     return replace(model, derivatives=derivatives, free=free), shapes

@@ -8,6 +8,7 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.identification.identify import identify
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
@@ -45,6 +46,27 @@ def test_the_ball_screw_has_friction_by_direction_that_bends_and_a_held_command(
     assert axis.extended.estimate.parameters[0] == pytest.approx(95.15, rel=0.02)
     assert axis.noise_floor_source == "from the motion's repetition"
     assert axis.verdict is Verdict.UNEXPLAINED, "the floor is far below what is left"
+
+
+def test_the_friction_of_the_ball_screw_is_known_as_a_line(
+    ball_screw: Recording, diagnosed_ball_screw: AxisDiagnosis
+) -> None:
+    """Published are 95.11 kg, 203.5 N·s/m and 20.39 N (Janot, Gautier and Brunot 2019). Of friction
+    that bends, the recording does not tell how much is viscous: its interval is a multiple."""
+    axis = identify(ball_screw, diagnosed={"q": diagnosed_ball_screw}).axes["q"]
+    inertia, viscous, coulomb, _ = axis.effective.parameters
+    assert inertia == pytest.approx(95.1, rel=0.01)
+    assert viscous == pytest.approx(203.5, rel=0.05)
+    assert coulomb == pytest.approx(20.39, rel=0.05)
+    distance = np.abs(axis.effective.parameters[:3] - (95.11, 203.5, 20.39))
+    assert np.all(distance < 1.96 * axis.effective.std[:3])
+    assert np.all(axis.effective.std[1:3] < 0.1 * axis.effective.parameters[1:3])
+    assert axis.effective_known == (True, True, True, True)
+    assert axis.known[0]
+    assert not axis.known[1]
+    undetermined = [f for f in axis.findings if f.code.startswith("undetermined_")]
+    assert undetermined
+    assert not any(finding.blocks for finding in undetermined)
 
 
 @pytest.mark.thorough

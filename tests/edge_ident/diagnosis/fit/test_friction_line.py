@@ -47,8 +47,9 @@ def recorded(seed: int) -> AxisData:
 
 
 def true_line(data: AxisData) -> Array:
-    """Least squares through the true curve, at the speeds of the samples that are compared."""
-    v = data.of_motion("velocity")[data.valid]
+    """Least squares through the true curve, at the speeds of the motion."""
+    (segment,) = data.segments
+    v = segment.motion.velocity[segment.direction_known]
     columns = np.stack([v, np.sign(v), np.ones_like(v)], axis=1)
     return np.asarray(np.linalg.lstsq(columns, friction(v), rcond=None)[0])
 
@@ -84,7 +85,7 @@ def test_the_line_is_known_within_percent_where_its_parts_trade_places() -> None
 
 
 def test_intervals_of_the_line_hold_the_true_one() -> None:
-    """Of 60 intervals of 95 %, at least 52: fewer come in one case of a thousand."""
+    """Of 60 intervals of 95 %, at least 52: fewer come in one case of 300."""
     inside = np.zeros(3, dtype=np.intp)
     for seed in range(20):
         data = recorded(seed)
