@@ -23,7 +23,7 @@ TEMPLATE = AxisModel((Term(BASE, dict.fromkeys(PARAMETERS, 0.0)),))
 STRIBECK = Candidate("stribeck_friction", named("stribeck_friction").search.forms[0])
 TRUTH = (0.5, 0.8, 1.1, 0.2)
 LEVEL, SPEED = 0.9, 2.2  # the bump is as wide as the range of speeds: hardly more than a bend
-NOISE, MEMORY = 0.004, 0.98
+NOISE, MEMORY = 0.012, 0.98
 
 
 def friction(velocity: Array) -> Array:
