@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
+from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
@@ -121,6 +122,10 @@ class _Choice:
     reason: str
     line: Estimate | None = None
 
+    def doubts(self, columns: Columns, measured: Array, left: float) -> list[Finding]:
+        """What speaks against the parameters, where the model leaves that share of the effort."""
+        return check_estimate(self.estimate, columns, measured, left, self.line)
+
 
 def answer(
     estimates: AxisEstimates, outcome: "AxisDiagnosis | DataError | None"
@@ -146,12 +151,9 @@ def answer(
     modelled = columns.values @ chosen.estimate.parameters + effects
     axis, metric = estimates.recording.axes[estimates.name], compare(measured, modelled)
     seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
-    doubts = check_estimate(
-        chosen.estimate, columns, measured, metric.relative_residual, chosen.line
-    )
+    doubts = chosen.doubts(columns, measured, metric.relative_residual)
     findings = _findings(estimates, outcome, seen, chosen, doubts)
-    if network is not None and estimates.adequacy.adequate:
-        findings += compare_estimators(network, linear)
+    findings += _disagreement(estimates.adequacy, network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,
         line=chosen.line,
@@ -174,6 +176,11 @@ def answer(
         end_s=_end_s(estimates.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
+
+
+def _disagreement(adequacy: Adequacy, network: Estimate | None, linear: Estimate) -> list[Finding]:
+    """Where network and least squares contradict each other on an adequate model."""
+    return compare_estimators(network, linear) if network and adequacy.adequate else []
 
 
 def _model(chosen: _Choice, axis: AxisRecord, seen: SupportedRange) -> AxisModel:
