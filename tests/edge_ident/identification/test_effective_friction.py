@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.trust import check_estimate
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.documents import identification_document
+from edge_ident.report.page.axis_details import axis_details
 from tests.edge_ident.diagnosis.select.test_search_parts import COARSE_S, recorded, rigid, swing
 
 Array = NDArray[np.float64]
@@ -86,3 +88,18 @@ def test_parts_that_are_not_known_block_only_where_their_line_is_not(
     assert finding.code == f"undetermined_{PARAMETERS[1]}"
     assert finding.blocks is blocks
     assert ("line through the friction curve" in finding.message) is not blocks
+
+
+def test_table_and_page_show_the_line_beside_its_parts(found: Identification) -> None:
+    (axis,) = found.axes.values()
+    text = str(found)
+    assert "effective viscous friction" in text
+    assert axis.diagnosis is not None
+    details = axis_details("a", "x", Diagnosis({"x": axis.diagnosis}, (), {}))
+    rows = {row[0]: row[1:] for row in details.parameters.rows}
+    assert {"effective viscous friction", "viscous friction"} <= set(rows)
+    *_, shown, unit = rows["effective coulomb friction"]
+    line = axis.diagnosis.extended.effective
+    assert line is not None
+    assert float(shown.split()[0]) == pytest.approx(line.parameters[2], abs=1e-4)
+    assert unit == "N·m"
