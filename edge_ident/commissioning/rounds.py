@@ -14,6 +14,7 @@ from typing import Final
 
 from edge_ident.commissioning.gains.change import check_change, concluded
 from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.files import keep_backup
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
 from edge_ident.commissioning.gains.verification import compare_motions
@@ -103,6 +104,7 @@ class Rounds:
     ) -> None:
         self._study, self._bandwidth, self._first = study, bandwidth_rad_s, first
         self._board, self._before, self.found = study.board, before, first.found
+        self._gains_before = self._board.active_gains()
         self._hardware = LoopHardware.of_axes(self._board.identity, self._board.limits())
         self._count_rad = self._board.identity.encoder_resolution_rad
         self._recordings: list[Recording] = [before.capture.recording]
@@ -170,6 +172,7 @@ class Rounds:
         same = trial.wanted == trial.active
         if same or not trial.worth_a_write():
             return self._moved_livelier(designs) or self._nothing(trial, designs)
+        keep_backup(self._gains_before, self._board.identity, self._study.folder)
         change = concluded(self._board, trial, worth_a_write=True)
         after = trial.after
         self.done.append(Round(designs, change, after[self._before.first.name].file))

@@ -1,6 +1,7 @@
 """How a run puts its gains in force: without a stop where the board can, else as ever."""
 
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,13 @@ from edge_ident.commissioning.gains.files import load_gains
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.report.promise_report import commit_document
 from firmware_interface.board import Board
-from firmware_interface.registers import AXES, State
+from firmware_interface.gains import Bank
+from firmware_interface.registers import AXES, Result, State
 from firmware_interface.virtual.board import VirtualBoard
+from firmware_interface.virtual.controller import Setpoint
+from firmware_interface.virtual.drive import Drive
 from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
+from firmware_interface.virtual.transfer import Transfer
 from tests.short_runs import Listening, brief_drive
 
 STOP = "gains are committed at rest"
@@ -68,7 +73,18 @@ def test_the_old_gains_are_on_disk_when_new_ones_are_written(tmp_path: Path) -> 
 
 def test_where_the_effort_would_jump_too_far_a_run_stops_and_says_so(tmp_path: Path) -> None:
     virtual = VirtualBoard()
-    virtual.machine.handover._limits = [replace(DEFAULT_LIMITS, effort_jump_nm=-1.0)] * len(AXES)
+    handover = virtual.machine.handover
+    considered = handover.considered
+
+    def at_rest_alone(
+        drive: Drive, gains: Bank, setpoints: Sequence[Setpoint], *, moving: bool
+    ) -> Transfer | None:
+        if handover.offered is None:
+            return considered(drive, gains, setpoints, moving=moving)
+        handover.end(Result.EFFORT_JUMP)
+        return None
+
+    handover.considered = at_rest_alone  # type: ignore[method-assign]
     outcome, said = run(virtual, tmp_path)
     assert outcome.confirmed
     committed = commit_document(outcome.change)
