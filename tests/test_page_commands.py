@@ -28,7 +28,7 @@ NOT_RUN: Final = {
     r"edge-ident export --c ": "needs onnx; tests/export/test_c_source.py runs it",
     r"edge-ident (train|export) ": "trains for ten minutes; tests/export does both in small",
     r"edge-ident \w+ .*--network networks/": "has a network that training makes",
-    r"edge-ident (run|capture) .*--hide ": "tests/edge_ident/cli/test_hide_options.py hides",
+    r"edge-ident (run|capture) .*--(hide|used) ": "tests/edge_ident/cli/test_hide_options.py hides",
     r"edge-ident plant ": "serves until Ctrl-C; test_plant_socket.py starts it",
     r"edge-ident board ": "serves until Ctrl-C; tests/test_run.py starts it",
     r"edge-ident survey .*--cluster ": "tests/edge_ident/fleet/test_cluster.py has a cluster",

@@ -168,7 +168,7 @@ OF_EACH_TYPE = sorted({type(OPTIONS[key].type): key for key in SETTINGS}.values(
 """One setting of each type that options have."""
 HARMLESS = {"device": "virtual", "motion": "multisine", "precision": "fp32", "speed": "max"} | {
     "format": "markdown", "accelerator": "cpu", "no_diagnose": "true", "cluster": "tcp://a:1",
-    "until": "3%", "tolerance": "5%", "baud_rate": "9600",
+    "until": "3%", "tolerance": "5%", "baud_rate": "9600", "diagnose_first": "true",
 }  # fmt: skip
 """Values of settings that take no number."""
 ANY_TOML = (

@@ -47,6 +47,7 @@ from firmware_interface.motion import reference
 from firmware_interface.registers import State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.clock import RequestClock
+from firmware_interface.virtual.oscillation import OscillationWatch
 from firmware_interface.virtual.settings import BoardSettings
 from tests.short_runs import Silent, brief_drive
 
@@ -224,6 +225,7 @@ def test_gains_that_help_the_first_motion_and_harm_the_second_are_rolled_back(
     promise_a_share(monkeypatch, 0.9, spread=100.0)
     monkeypatch.setattr(gain_trial, "within_limits", lambda motion, *_: motion)
     monkeypatch.setattr(gain_trial, "liveliness", lambda *_: 0.0)
+    monkeypatch.setattr(OscillationWatch, "seen", lambda *_: False)  # the board would see it first
     link = VirtualBoard()
     outcome = run(link, tmp_path)
     assert outcome.change is not None

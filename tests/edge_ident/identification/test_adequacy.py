@@ -80,7 +80,8 @@ def test_the_answer_is_the_estimate_that_expects_the_smaller_error() -> None:
     assert np.max(whitened) < 0.5 * np.max(plain)
     document = identification_document(found)["axes"]["x"]
     assert document["parameters_from"] == "whitened_least_squares"
-    assert document["parameters"] == document["estimators"]["whitened_least_squares"]
+    estimated = document["estimators"]["whitened_least_squares"]
+    assert document["parameters"] == {name: of | {"known": True} for name, of in estimated.items()}
 
 
 def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
