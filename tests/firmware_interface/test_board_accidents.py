@@ -104,12 +104,17 @@ def test_a_host_too_slow_for_the_board_is_told_that_samples_are_lost(
 ) -> None:
     with (
         serving(command_of_either(speed=20.0)) as served,
-        FaultProxy(served.url, tmp_path, FaultyLine(pace=Pace(19200))) as proxy,
+        FaultProxy(served.url, tmp_path, FaultyLine()) as proxy,
     ):
+
+        def slow_down(in_hand: int, expected: int) -> None:
+            """Once the motion runs: a line that is slow before is refused."""
+            proxy.line.pace = Pace(19200)
+
         with closing(connected_board(proxy.url, 2.0)) as board:
             board.enable()
             with pytest.raises(LinkError, match="overwritten") as caught, left_safe(board):
-                capture_motion(board, LONG, lambda in_hand, expected: None)
+                capture_motion(board, LONG, slow_down)
             assert "faster link" in caught.value.next_step
             assert board.status().state is State.IDLE
         proxy.line.pace = Pace()
