@@ -24,6 +24,7 @@ from pty_bench import connected_board
 
 from edge_ident.commissioning.gains.files import load_gains
 from firmware_interface.board import Board, BoardStatus
+from firmware_interface.capture_pages import _TIMED_PAGES
 from firmware_interface.gain_words import bank_spans, decode_gains
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
@@ -67,6 +68,7 @@ MOTION = {
 STEPS = {
     "enable": (command(Opcode.ENABLE), 1),
     **{name: (request, 1) for name, request in MOTION.items()},
+    "first page": (PAGE, _TIMED_PAGES + 1),  # the line is timed by reading it before the motion
     "first piece of a table": (begin(WRITE, REGISTERS["shadow.x.friction_top_speed"].address), 1),
     "stage": (SHADOW, 1),
     "commit": (command(Opcode.COMMIT), 1),
