@@ -105,18 +105,13 @@ void machine_clear_fault(void)
     machine.state = FD_STATE_IDLE;
 }
 
-void machine_exchange_gains(void)
-{
-    drive_set_gains(gain_banks_active());
-    /* friction holds a resting axis off its setpoint; stiffer gains would pull it there at once */
-    setpoints_hold_here();
-}
-
 enum fd_result machine_roll_back(void)
 {
     const enum fd_result result = gain_banks_roll_back();
     machine.roll_back_due = false;
-    machine_exchange_gains();
+    drive_set_gains(gain_banks_active());
+    /* friction holds a resting axis off its setpoint; stiffer gains would pull it there at once */
+    setpoints_hold_here();
     if (machine.state == FD_STATE_ARMED || machine.state == FD_STATE_CHECKING) {
         machine.state = FD_STATE_IDLE;
     }

@@ -61,9 +61,6 @@ void machine_bring_to_rest(void);
 /* Leave FAULT, without effort. */
 void machine_clear_fault(void);
 
-/* Put the active bank in force where the axes stand. */
-void machine_exchange_gains(void);
-
 /* Put the previous gains back. A trajectory was checked with the others: it is armed no longer. */
 enum fd_result machine_roll_back(void);
 

@@ -293,8 +293,9 @@ class Machine:
     @property
     def _abandoned(self) -> bool:
         """The host that owes a sign of life has fallen silent."""
-        timeout_s = self._registers.value("watchdog.timeout")
-        return self._sign_of_life_owed and self.session.silence_s > timeout_s
+        return self._sign_of_life_owed and self.session.silence_s > self._registers.value(
+            "watchdog.timeout"
+        )
 
     def _protect(self, measured: DriveSample) -> None:
         if not (self._setpoints.finite and self.drive.finite):
