@@ -42,8 +42,13 @@ if TYPE_CHECKING:
     from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
+    from edge_ident.model.advice import Advice
+    from edge_ident.model.compensation import Compensation
+    from edge_ident.model.effect import Effect, Parameter
+    from edge_ident.model.effects import register_effect
     from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
+    from edge_ident.model.search import Form, SearchSpec
     from edge_ident.signals.read_options import ReadOptions
     from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording
     from edge_ident.signals.recording_files import (
@@ -61,6 +66,7 @@ if TYPE_CHECKING:
 __all__ = [
     "PARAMETERS",
     "TOLERANCE",
+    "Advice",
     "AxisDiagnosis",
     "AxisIdentification",
     "AxisModel",
@@ -68,12 +74,15 @@ __all__ = [
     "Board",
     "BoardError",
     "Comparison",
+    "Compensation",
     "DataError",
     "Diagnosis",
     "Drive",
     "DriveAxis",
     "EdgeIdentError",
+    "Effect",
     "Estimate",
+    "Form",
     "GainDesign",
     "GainDesigns",
     "GainError",
@@ -84,9 +93,11 @@ __all__ = [
     "ModelError",
     "MotionPlan",
     "Network",
+    "Parameter",
     "PassiveAxis",
     "ReadOptions",
     "Recording",
+    "SearchSpec",
     "Stopwatch",
     "Survey",
     "SurveyedRecording",
@@ -108,6 +119,7 @@ __all__ = [
     "outside_support",
     "plan_motion",
     "reduced_model",
+    "register_effect",
     "save_model",
     "save_motion",
     "save_recording",
@@ -119,8 +131,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "PARAMETERS": "edge_ident.model.model",
-        "TOLERANCE": "edge_ident.diagnosis.tolerance",
+        "Advice": "edge_ident.model.advice",
         "AxisDiagnosis": "edge_ident.diagnosis.result",
         "AxisIdentification": "edge_ident.identification.result",
         "AxisModel": "edge_ident.model.model",
@@ -128,12 +139,15 @@ __getattr__ = lazy_names(
         "Board": "firmware_interface.board",
         "BoardError": "edge_ident.errors",
         "Comparison": "edge_ident.baselines.comparison",
+        "Compensation": "edge_ident.model.compensation",
         "DataError": "edge_ident.errors",
         "Diagnosis": "edge_ident.diagnosis.result",
         "Drive": "edge_ident.drive.description",
         "DriveAxis": "edge_ident.drive.description",
         "EdgeIdentError": "edge_ident.errors",
+        "Effect": "edge_ident.model.effect",
         "Estimate": "edge_ident.model.model",
+        "Form": "edge_ident.model.search",
         "GainDesign": "edge_ident.control.gain_design",
         "GainDesigns": "edge_ident.control.drive_gains",
         "GainError": "edge_ident.errors",
@@ -144,12 +158,16 @@ __getattr__ = lazy_names(
         "ModelError": "edge_ident.errors",
         "MotionPlan": "edge_ident.experiment.result",
         "Network": "edge_ident.estimation.network",
+        "PARAMETERS": "edge_ident.model.model",
+        "Parameter": "edge_ident.model.effect",
         "PassiveAxis": "edge_ident.signals.recording",
         "ReadOptions": "edge_ident.signals.read_options",
         "Recording": "edge_ident.signals.recording",
+        "SearchSpec": "edge_ident.model.search",
         "Stopwatch": "edge_ident.support.stopwatch",
         "Survey": "edge_ident.fleet.result",
         "SurveyedRecording": "edge_ident.fleet.result",
+        "TOLERANCE": "edge_ident.diagnosis.tolerance",
         "Term": "edge_ident.model.model",
         "Trajectory": "firmware_interface.motion",
         "compare": "edge_ident.baselines.comparison",
@@ -167,6 +185,7 @@ __getattr__ = lazy_names(
         "outside_support": "edge_ident.estimation.outside_support",
         "plan_motion": "edge_ident.experiment.plan",
         "reduced_model": "edge_ident.simulation.flexible",
+        "register_effect": "edge_ident.model.effects",
         "save_model": "edge_ident.model.model_files",
         "save_motion": "edge_ident.drive.motion_files",
         "save_recording": "edge_ident.signals.recording_files",

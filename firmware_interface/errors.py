@@ -39,6 +39,7 @@ class EdgeIdentError(Exception):
         super().__init__(cause)
         self.cause = cause
         self.next_step = next_step
+        self.add_note(f"next step: {next_step}")  # a traceback shows it
 
 
 class LinkError(EdgeIdentError):

@@ -1,8 +1,9 @@
 """Run the methods on every axis of a recording, and measure all answers alike."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,20 +11,23 @@ import numpy as np
 from edge_ident.baselines.methods import Method, all_methods
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError, EdgeIdentError
-from edge_ident.estimation.network import Network
+from edge_ident.estimation.network import Network, given_network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
 from edge_ident.signals.data_checks import check_usable
+from edge_ident.signals.given_recordings import Given, given_recording
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
-from edge_ident.signals.recording import Recording
+from edge_ident.support.given import number
 from edge_ident.support.readable import Readable
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
+
+    from edge_ident.support.rows import Table
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,18 @@ class Comparison(Readable):
         """Whether some method gave an answer for every axis."""
         return all(any(row.estimate for row in axis.rows) for axis in self.axes.values())
 
+    def table(self) -> "Table":
+        """One row for each parameter of each method on each axis.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.report.result_tables import comparison_table
+
+        return comparison_table(self)
+
     def __rich__(self) -> "RenderableType":
         from edge_ident.report.comparison_tables import comparison_view
 
@@ -127,10 +143,10 @@ def comparison_methods() -> tuple[str, ...]:
 
 
 def compare(
-    recording: Recording,
-    network: Network | None = None,
+    recording: Given | Iterable[Given],
+    network: Network | str | PathLike[str] | None = None,
     *,
-    methods: Sequence[str] = (),
+    methods: str | Sequence[str] = (),
     tries: int = 8,
     seed: int = 0,
     on_stage: Callable[[str], None] = lambda title: None,
@@ -140,9 +156,10 @@ def compare(
 
     Parameters
     ----------
-    recording : Recording
-    network : Network or None
-    methods : sequence of str
+    recording : Recording, str, Path or data frame
+        One recording, or what `load_recording` makes one of.
+    network : Network, str, Path or None
+    methods : str or sequence of str
         Names from `comparison_methods`; none stands for all.
     tries : int
         Of random search.
@@ -168,6 +185,10 @@ def compare(
     >>> [row.method for row in found.axes["x"].rows]
     ['ordinary_least_squares']
     """
+    recording = given_recording(recording, "compare")
+    network = None if network is None else given_network(network)
+    number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
+    methods = [methods] if isinstance(methods, str) else methods
     known, axes = all_methods(), {}
     for method in methods:
         if method not in known:

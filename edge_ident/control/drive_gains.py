@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,15 +11,19 @@ from numpy.typing import NDArray
 from edge_ident.control.compensation import loop_delay_s, plant_of
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware, open_loop
-from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import GainError
-from edge_ident.model.model import AxisModel, Model
+from edge_ident.model.given_model import GivenModel, given_model
+from edge_ident.model.model import AxisModel
+from edge_ident.support.given import number
 from edge_ident.support.readable import Readable
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
+
+    from edge_ident.support.rows import Table
 
 CONTROL_DELAY_S: Final = 0.0005
 """Time from the encoder latch to the new effort, where no board is there to say it."""
@@ -60,6 +65,18 @@ class GainDesigns(Readable):
     axes: Mapping[str, GainDesign]
     loops: Mapping[str, OpenLoop]
 
+    def table(self) -> "Table":
+        """One row for each number of each axis: bandwidth, margins, gains.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.report.result_tables import designs_table
+
+        return designs_table(self)
+
     def __rich__(self) -> "RenderableType":
         from edge_ident.report.identification_tables import designs_view
 
@@ -79,8 +96,8 @@ class GainDesigns(Readable):
 
 
 def design_gains(
-    model: Model,
-    drive: Drive | None = None,
+    model: GivenModel,
+    drive: Drive | str | PathLike[str] | None = None,
     *,
     bandwidth_rad_s: float | None = None,
     control_delay_s: float = CONTROL_DELAY_S,
@@ -92,8 +109,8 @@ def design_gains(
 
     Parameters
     ----------
-    model : Model
-    drive : Drive, optional
+    model : Model, result with a model, str or Path
+    drive : Drive, str or Path, optional
         Tells sampling, encoders and effort limits; without one, the built-in drive's.
     bandwidth_rad_s : float, optional
         Of the closed loop; without it, the highest that keeps the margins.
@@ -123,13 +140,17 @@ def design_gains(
     >>> designs.axes["x"].phase_margin_deg > 50.0
     True
     """
+    model = given_model(model)
+    if bandwidth_rad_s is not None:
+        number("bandwidth_rad_s", bandwidth_rad_s, 1e-3, 1e5, "give rad/s, or leave it out")
+    number("control_delay_s", control_delay_s, 0.0, 1.0, "give seconds, such as 0.0005")
     if model.passive:
         raise GainError(
             f"the axes carry {listed(model.passive)}, which no drive moves: how that swings in the "
             "loop is not known",
             "hold it fast, record that, and design gains from the new recording",
         )
-    described = drive or load_drive()
+    described = given_drive(drive)
     designs, loops = {}, {}
     for name, axis in model.axes.items():
         hardware = _hardware(described, name, control_delay_s)

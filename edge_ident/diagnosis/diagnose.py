@@ -1,7 +1,6 @@
 """Entry point: diagnose recordings of one machine."""
 
-import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,35 +16,39 @@ from edge_ident.diagnosis.prepare.parts import in_parts
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
+from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.signals.given_recordings import Given, given_recording, given_recordings
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.recording import Recording, chosen_axes
+from edge_ident.support.given import number
 from edge_ident.support.words import listed
 
 Progress = Callable[[str, int, int], None]
 
 
 def diagnose(
-    recordings: Sequence[Recording],
+    recordings: Given | Iterable[Given],
     *,
-    model: Model | None = None,
-    validate: Recording | None = None,
+    model: GivenModel | None = None,
+    validate: Given | None = None,
     tolerance: float = TOLERANCE,
     stability: bool = True,
     keep_minor: bool = False,
-    only: Collection[str] = (),
+    only: str | Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
     """Find what the base model gets wrong, name the cause, and extend the model.
 
     Parameters
     ----------
-    recordings : sequence of Recording
-        All have the same axes, and each is fitted to those in which it is driven. Where one goes on
+    recordings : Recording, str, Path or data frame, or a sequence of these
+        One, or several of one machine; from a path or a data frame `load_recording` makes one. All
+        have the same axes, and each is fitted to those in which it is driven. Where one goes on
         from the first (`Recording.begin_s`), so does what changes with time.
-    model : Model, optional
+    model : Model, result with a model, str or Path, optional
         Effects that the machine is known to have.
-    validate : Recording, optional
+    validate : Recording, str, Path or data frame, optional
         Another recording, on which the fitted models are scored.
     tolerance : float, optional
         Smallest share of the rms effort that is worth naming. Causes that take less off the
@@ -55,7 +58,7 @@ def diagnose(
         suspected.
     keep_minor : bool, optional
         Whether the extended model has the minor causes too.
-    only : collection of str
+    only : str or collection of str
         Names of the axes to diagnose; none for all.
     on_progress : callable
         Gets the stage, the number of its steps done and the number of its steps.
@@ -74,17 +77,18 @@ def diagnose(
     Examples
     --------
     >>> import edge_ident
-    >>> found = edge_ident.diagnose([edge_ident.simulate()])
+    >>> found = edge_ident.diagnose(edge_ident.simulate())
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    if not 0.0 <= tolerance < math.inf:
-        raise DataError(f"a tolerance of {tolerance}", "give a share of the effort, such as 0.01")
-    names = _axes_to_diagnose(recordings, validate, only)
-    begin_s = recordings[0].begin_s
-    recordings = [
-        with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in recordings
-    ]
+    number("tolerance", tolerance, 0.0, 1e9, "give a share of the effort, such as 0.01")
+    every = given_recordings(recordings)
+    validate = None if validate is None else given_recording(validate, "validate")
+    model = None if model is None else given_model(model)
+    only = [only] if isinstance(only, str) else only
+    names = _axes_to_diagnose(every, validate, only)
+    begin_s = every[0].begin_s
+    every = [with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in every]
     validates = [with_mended_stamps(validate)] if validate else []
     axes, validations = {}, {}
     rules = Rules(tolerance, stability, keep_minor)
@@ -92,7 +96,7 @@ def diagnose(
         searching = partial(on_progress, "diagnosis", done, len(names))
         searching()
         told = partial(_told, on_progress, name, searching)
-        parts, places, said = in_parts(recordings, name)
+        parts, places, said = in_parts(every, name)
         others, _, also_said = in_parts(validates, name)
         template = _template(parts[0], name, model)
         found, validation = diagnose_axis(AxisProblem(parts, name, template, others, rules, told))
@@ -102,8 +106,8 @@ def diagnose(
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))
     on_progress("simulated motion", 0, 1)
-    diagnosis = Diagnosis(axes, data_findings([*recordings, *validates], axes), validations)
-    return with_motion_errors(diagnosis, recordings)
+    diagnosis = Diagnosis(axes, data_findings([*every, *validates], axes), validations)
+    return with_motion_errors(diagnosis, every)
 
 
 def _axes_to_diagnose(

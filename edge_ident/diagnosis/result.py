@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
 
+    from edge_ident.support.rows import Table
+
 Array = NDArray[np.float64]
 
 
@@ -273,6 +275,18 @@ class Diagnosis(Readable):
     def model(self) -> Model:
         """The extended models of all axes as one model."""
         return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def table(self) -> "Table":
+        """One row for each parameter of each cause.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.diagnosis.present.cause_table import cause_table
+
+        return cause_table(self)
 
     def __rich__(self) -> "RenderableType":
         from edge_ident.diagnosis.present.tables import diagnosis_view

@@ -9,10 +9,13 @@ import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.support.given import path as path_of
+from edge_ident.support.given import type_of
 from edge_ident.support.limits import MOST_DESCRIPTION_BYTES, TooLargeError, read_bytes
 from edge_ident.support.paths import no_file
 from edge_ident.support.toml_text import from_toml
@@ -161,7 +164,7 @@ class Drive:
         )
 
 
-def load_drive(path: str | Path | None = None) -> Drive:
+def load_drive(path: str | PathLike[str] | None = None) -> Drive:
     """Read a drive description, or the built-in feed drive.
 
     Parameters
@@ -188,7 +191,7 @@ def load_drive(path: str | Path | None = None) -> Drive:
     """
     if path is None:
         return _Reader(BUILT_IN.name, BUILT_IN.read_text("utf-8")).drive()
-    path = Path(path)
+    path = path_of(path, "a drive description (.toml)")
     if not path.is_file():
         raise DataError(no_file(path), "give the path of a drive description (.toml)")
     try:
@@ -196,6 +199,24 @@ def load_drive(path: str | Path | None = None) -> Drive:
     except TooLargeError as error:
         raise DataError(f"{path}: {error}", "give a drive description (.toml)") from error
     return _Reader(str(path), content.decode("utf-8", errors="replace")).drive()
+
+
+def given_drive(drive: Drive | str | PathLike[str] | None) -> Drive:
+    """The drive that a caller gives: a description, the path of one, or none for the built-in one.
+
+    Raises
+    ------
+    DataError
+        As of `load_drive`; it is none of these.
+    """
+    if isinstance(drive, Drive):
+        return drive
+    if drive is None or isinstance(drive, str | PathLike):
+        return load_drive(drive)
+    raise DataError(
+        f"{type_of(drive)} is no drive description",
+        "give what load_drive returned, or the path of a drive description (.toml)",
+    )
 
 
 class _Reader:

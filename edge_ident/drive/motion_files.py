@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.support.given import check_type
+from edge_ident.support.given import path as path_of
 from edge_ident.support.json_text import read_json, write_json
 from edge_ident.support.paths import no_file
 from firmware_interface.motion import (
@@ -50,7 +52,8 @@ def save_motion(trajectory: Trajectory, path: str | Path) -> None:
     >>> edge_ident.load_motion("motion.json") == trajectory
     True
     """
-    write_json(motion_document(trajectory), Path(path))
+    check_type(trajectory, Trajectory, "give what load_motion returned, or a plan's trajectory")
+    write_json(motion_document(trajectory), path_of(path, "the file to write (.json)"))
 
 
 def load_motion(path: str | Path) -> Trajectory:
@@ -77,7 +80,7 @@ def load_motion(path: str | Path) -> Trajectory:
     >>> list(edge_ident.load_motion("motion.json").axes)
     ['x', 'z']
     """
-    path = Path(path)
+    path = path_of(path, "a motion (.json)")
     if not path.is_file():
         raise DataError(no_file(path), _NEXT)
     try:

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable
 from functools import cached_property, partial
+from os import PathLike
 from pathlib import Path
 from typing import Final, Literal
 
@@ -26,6 +27,7 @@ from edge_ident.estimation.network_times import Way, fastest, times_of
 from edge_ident.estimation.rank_one import RankOneGraph, divided
 from edge_ident.estimation.session import open_session
 from edge_ident.signals.dct import POINTS
+from edge_ident.support.given import type_of
 
 Array = NDArray[np.float64]
 Precision = Variant | Literal["fastest"]
@@ -137,6 +139,24 @@ def _shares(outputs: NDArray[np.float32]) -> Array:
     """Residuals before the sigmoid."""
     clipped = np.clip(outputs.astype(np.float64), _OUTPUT_MARGIN, 1.0 - _OUTPUT_MARGIN)
     return np.asarray(np.log(clipped / (1.0 - clipped)))
+
+
+def given_network(network: "Network | str | PathLike[str]") -> Network:
+    """The network that a caller gives: a network, or the path of its ONNX file.
+
+    Raises
+    ------
+    ModelError
+        As of `load_network`; it is neither.
+    """
+    if isinstance(network, str | PathLike):
+        return load_network(path=Path(network))
+    if hasattr(network, "manifest"):
+        return network
+    raise ModelError(
+        f"{type_of(network)} is no network",
+        "give what load_network returned, the path of an ONNX file, or nothing",
+    )
 
 
 def load_network(variant: Precision = "fp32", path: str | Path | None = None) -> Network:

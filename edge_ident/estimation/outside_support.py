@@ -6,21 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.model import Model, Term
+from edge_ident.model.given_model import GivenModel, given_model
+from edge_ident.model.model import Term
 from edge_ident.model.supported_range import SupportedRange, quantity_unit
 from edge_ident.signals.conditioning import Signals, condition
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.given_recordings import Given, given_recording
+from edge_ident.signals.recording import AxisRecord
 
 Array = NDArray[np.float64]
 
 
-def outside_support(model: Model, recording: Recording) -> dict[str, list[Finding]]:
+def outside_support(model: GivenModel, recording: Given) -> dict[str, list[Finding]]:
     """Say where a recording leaves the range of a model's terms.
 
     Parameters
     ----------
-    model : Model
-    recording : Recording
+    model : Model, result with a model, str or Path
+    recording : Recording, str, Path or data frame
         Axes that the model does not know are passed over.
 
     Returns
@@ -36,6 +38,7 @@ def outside_support(model: Model, recording: Recording) -> dict[str, list[Findin
     >>> edge_ident.outside_support(model, recording)
     {'x': [], 'z': []}
     """
+    model, recording = given_model(model), given_recording(recording, "compare with a model")
     found = {}
     for name, axis in recording.axes.items():
         if name in model.axes:

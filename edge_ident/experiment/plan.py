@@ -1,14 +1,15 @@
 """Entry point: design the motion that separates what a diagnosis leaves open."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
+from os import PathLike
 from typing import Final
 
 import numpy as np
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.drive.description import Drive, load_drive
+from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import DataError
 from edge_ident.experiment.axis_case import AxisCase, axis_case
 from edge_ident.experiment.design import DesignOfKind, design_of_kind, evaluations, motion_kinds
@@ -17,7 +18,8 @@ from edge_ident.experiment.limits import MARGIN, Allowed, Use
 from edge_ident.experiment.loops import Loops
 from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
 from edge_ident.model.model import BOARD_UNITS
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.given_recordings import Given, given_recordings
+from edge_ident.support.given import check_type, number
 from edge_ident.support.words import listed
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
@@ -46,8 +48,8 @@ class BoardSide:
 
 def plan_motion(
     diagnosis: Diagnosis,
-    recordings: Sequence[Recording],
-    drive: Drive | None = None,
+    recordings: Given | Iterable[Given],
+    drive: Drive | str | PathLike[str] | None = None,
     *,
     board: BoardSide | None = None,
     duration_s: float | None = None,
@@ -60,9 +62,9 @@ def plan_motion(
     Parameters
     ----------
     diagnosis : Diagnosis
-    recordings : sequence of Recording
+    recordings : Recording, str, Path or data frame, or a sequence of these
         Those of the diagnosis.
-    drive : Drive, optional
+    drive : Drive, str or Path, optional
         Its limits are kept; without one, the built-in feed drive's.
     board : BoardSide, optional
         The board's own limits are kept too, and its loop is the one that may overshoot.
@@ -89,11 +91,12 @@ def plan_motion(
     --------
     >>> import edge_ident
     >>> recording = edge_ident.simulate()
-    >>> plan = edge_ident.plan_motion(edge_ident.diagnose([recording]), [recording])
+    >>> plan = edge_ident.plan_motion(edge_ident.diagnose(recording), recording)
     >>> sorted({pair.first for pair in plan.pairs if pair.separated})
     ['actuator_deadband', 'load_dependent_friction']
     """
-    drive = load_drive() if drive is None else drive
+    recordings, drive = given_recordings(recordings), given_drive(drive)
+    _check_given(diagnosis, duration_s, budget)
     _check_axes(diagnosis, drive)
     duration_s = drive.trajectory().duration_s if duration_s is None else duration_s
     allowed = _allowed(diagnosis, drive, board)
@@ -120,6 +123,13 @@ def plan_motion(
         return MotionPlan(None, {}, pairs, left_out, MARGIN, words, tried)
     uses = {name: AxisUse(*chosen.uses[name], allowed[name].limit) for name in cases}
     return MotionPlan(chosen.trajectory, uses, pairs, left_out, MARGIN, words, tried)
+
+
+def _check_given(diagnosis: object, duration_s: float | None, budget: float) -> None:
+    check_type(diagnosis, Diagnosis, "give what diagnose returned")
+    if duration_s is not None:
+        number("duration_s", duration_s, 1e-3, 1e5, "give seconds, or leave it out")
+    number("budget", budget, 1e-3, 1e3, "give 1 for a search of one to two seconds")
 
 
 def _told(on_progress: Progress, of: int) -> Callable[[], None]:

@@ -12,6 +12,8 @@ from firmware_interface.motion import Trajectory
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from edge_ident.support.rows import Table
+
 
 class Why(StrEnum):
     """Why two explanations are to be separated."""
@@ -136,6 +138,18 @@ class MotionPlan(Readable):
     def inseparable(self) -> tuple[PlannedPair, ...]:
         """Pairs that no motion inside the limits separates."""
         return tuple(pair for pair in self.pairs if not pair.separable)
+
+    def table(self) -> "Table":
+        """One row for each pair of explanations.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.report.result_tables import plan_table
+
+        return plan_table(self)
 
     def __rich__(self) -> "RenderableType":
         from edge_ident.report.plan_tables import plan_view

@@ -9,7 +9,7 @@ from edge_ident.support.readable import Readable
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from edge_ident.fleet.table import Cell
+    from edge_ident.support.rows import Table
 
 Kind = Literal["supported", "suspected", "minor"]
 
@@ -250,7 +250,7 @@ class Survey(Readable):
         ]
         return tuple(sorted(found, key=lambda one: -one.deviations))
 
-    def table(self) -> dict[str, list["Cell"]]:
+    def table(self) -> "Table":
         """One row for each axis of each recording, and one for each recording that failed.
 
         Returns

@@ -14,8 +14,10 @@ from edge_ident.fleet.kept import keep, key_of, load_kept, recording_of
 from edge_ident.fleet.processes import run_processes
 from edge_ident.fleet.result import Survey, SurveyedRecording
 from edge_ident.fleet.tasks import Outcomes, Task
-from edge_ident.model.model import Model
+from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.signals.read_options import ReadOptions
+from edge_ident.support.given import check_type, path
+from edge_ident.support.given import number as check_number
 from edge_ident.support.hashing import file_sha256
 
 Progress = Callable[[str, int, int], None]
@@ -27,7 +29,7 @@ def survey(
     units: Units = "file",
     pattern: str | None = None,
     options: ReadOptions | None = None,
-    model: Model | None = None,
+    model: GivenModel | None = None,
     diagnose: bool = True,
     jobs: int | None = None,
     cluster: str | None = None,
@@ -49,7 +51,7 @@ def survey(
         Of the files to take, such as `*.csv`. Default: every ending of a recording.
     options : ReadOptions, optional
         How the files are read, the same for all.
-    model : Model, optional
+    model : Model, result with a model, str or Path, optional
         Effects that the units are known to have.
     diagnose : bool
         Whether an axis whose base model is not adequate is diagnosed.
@@ -86,12 +88,12 @@ def survey(
     >>> found.table()["verdict"]
     ['adequate', 'adequate']
     """
-    kept = None if output is None else Path(output)
-    files, left_out = find_recordings(Path(folder), units, pattern, kept)
+    kept = None if output is None else path(output, "a folder for the results")
+    files, left_out = find_recordings(path(folder, "the recordings' folder"), units, pattern, kept)
     if kept is not None:
         kept.mkdir(parents=True, exist_ok=True)  # before the work, not after it
-    common = Options(options or ReadOptions(), model, diagnose).document()
-    done, tasks = dict[Found, SurveyedRecording](), []
+    common, tasks = _options(options, model, diagnose), list[Task]()
+    done = dict[Found, SurveyedRecording]()
     for number, file in enumerate(files):
         on_progress("looking for results", number, len(files))
         known = _task_or_result(file, common, kept)
@@ -110,8 +112,16 @@ def survey(
             done[task.found] = found
             on_recording(found)
             on_progress("recordings", number, len(tasks))
-    rows = tuple(done[file] for file in files)
+    rows = tuple(map(done.__getitem__, files))
     return Survey(rows, compare_units(rows), left_out)
+
+
+def _options(
+    options: ReadOptions | None, model: GivenModel | None, diagnose: bool
+) -> Mapping[str, Any]:
+    check_type(options, (ReadOptions, type(None)), "give ReadOptions(...)")
+    known = None if model is None else given_model(model)
+    return Options(options or ReadOptions(), known, diagnose).document()
 
 
 def _task_or_result(
@@ -130,6 +140,7 @@ def _task_or_result(
 
 
 def _outcomes(tasks: list[Task], jobs: int, cluster: str | None) -> Outcomes:
+    check_number("jobs", jobs, 1, 10_000, "give the number of processes, or leave it out")
     if cluster is not None and tasks:
         return run_on_cluster(tasks, cluster)
     return run_processes(tasks, jobs)

@@ -5,8 +5,7 @@ from typing import Final
 
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.model.model import PARAMETERS
-
-Cell = str | float | bool | None
+from edge_ident.support.rows import Cell, Table
 
 _KINDS: Final = {"supported": "causes", "suspected": "suspected", "minor": "minor"}
 """Column of each kind of cause."""
@@ -35,7 +34,7 @@ COLUMNS: Final = {
 """Every column with the type of its cells; a cell may be empty."""
 
 
-def survey_table(survey: Survey) -> dict[str, list[Cell]]:
+def survey_table(survey: Survey) -> Table:
     """One row for each axis of each recording, and one for each recording that failed."""
     rows = [row for recording in survey.recordings for row in _rows(recording, survey)]
     return {name: [row.get(name) for row in rows] for name in COLUMNS}

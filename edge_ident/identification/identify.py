@@ -4,8 +4,9 @@ Network and least squares estimate side by side. Whether the base model is adequ
 where it is not, the axis is diagnosed, and the parameters of the extended model are the answer.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from os import PathLike
 from typing import TYPE_CHECKING
 
 from edge_ident.diagnosis.verdict import Verdict
@@ -15,17 +16,19 @@ from edge_ident.estimation.alignment import Subsampled
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
-from edge_ident.estimation.network import Network
+from edge_ident.estimation.network import Network, given_network
 from edge_ident.identification.adequacy import Adequacy, judge
 from edge_ident.identification.answer import AxisEstimates, answer
 from edge_ident.identification.in_step import SMALLEST_SHIFT, in_step
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
+from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import Estimate, Model
 from edge_ident.model.timing import NO_SHIFT
 from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.decimation import LONG
+from edge_ident.signals.given_recordings import Given, given_recording
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
@@ -38,10 +41,10 @@ Progress = Callable[[str, int, int], None]
 
 
 def identify(
-    recording: Recording,
-    network: Network | None = None,
+    recording: Given | Iterable[Given],
+    network: Network | str | PathLike[str] | None = None,
     *,
-    model: Model | None = None,
+    model: GivenModel | None = None,
     seed: int = 0,
     diagnose: bool = True,
     diagnosed: "Mapping[str, AxisDiagnosis] | None" = None,
@@ -52,10 +55,11 @@ def identify(
 
     Parameters
     ----------
-    recording : Recording
-    network : Network or None
-        Without one, least squares alone.
-    model : Model, optional
+    recording : Recording, str, Path or data frame
+        One recording, or what `load_recording` makes one of.
+    network : Network, str, Path or None
+        Without one, least squares alone; a path is that of its ONNX file.
+    model : Model, result with a model, str or Path, optional
         The effort is compensated for its effects before the base parameters are estimated.
     seed : int
         Of the network's random starting points.
@@ -90,6 +94,9 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
+    recording = given_recording(recording, "identify")
+    model = None if model is None else given_model(model)
+    network = None if network is None else given_network(network)
     check_usable(recording)
     watch = stopwatch or Stopwatch()
     with watch.stage("signals"):

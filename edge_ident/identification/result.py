@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from edge_ident.diagnosis.result import AxisDiagnosis
+    from edge_ident.support.rows import Table
 
 
 class ParameterSource(StrEnum):
@@ -222,6 +223,18 @@ class Identification(Readable):
     def model(self) -> Model:
         """The identified axes as a model, with the effects that were compensated."""
         return Model({name: axis.model for name, axis in self.axes.items()})
+
+    def table(self) -> "Table":
+        """One row for each parameter of each axis, effects included.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.report.result_tables import identification_table
+
+        return identification_table(self)
 
     def __rich__(self) -> "RenderableType":
         from edge_ident.report.identification_tables import identification_view

@@ -15,6 +15,12 @@ class Advice:
         The part of the machine to look at; a part of a sentence.
     action : str
         What to do next, with or without a board; whole sentences.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Advice("drag fades with speed", "magnets near the axis", "Move them.").part
+    'magnets near the axis'
     """
 
     in_words: str = ""

@@ -48,6 +48,12 @@ class Compensation:
         What else a person should know where gains use it; a part of a sentence.
     without : str
         Why no gain cures it; a part of a sentence. Only where nothing above is there.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Compensation(over="speed").used
+    True
     """
 
     feedforward: Mapping[str, str] = field(default_factory=dict)

@@ -21,6 +21,7 @@ person at the machine (`edge_ident.model.advice`). What all of this must
 satisfy is checked once, in `edge_ident.model.registration`.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,6 +40,7 @@ Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
+_CAPITAL: Final = re.compile(r"(?<!^)([A-Z])")
 _NOTHING: Final = np.zeros(())
 _NO_SEARCH: Final = SearchSpec()
 _NO_COMPENSATION: Final = Compensation()
@@ -64,6 +66,12 @@ class Parameter:
         One line.
     default : float or None
         Value where a model names none; None if it has to.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Parameter("level", "{effort}", 0.0, 1e9, "at unit speed").unit
+    '{effort}'
     """
 
     name: str
@@ -96,6 +104,16 @@ class Effect:
         What gains do about it.
     advice : Advice
         Which part of the machine it points at, and what to do next.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> class SquareDrag(edge_ident.Effect):
+    ...     parameters = (edge_ident.Parameter("level", "{effort}", 0.0, 1e9, "at unit speed"),)
+    ...     def load(self, at, values):
+    ...         return values["level"] * at.velocity * abs(at.velocity)
+    >>> SquareDrag().name
+    'square_drag'
     """
 
     parameters: ClassVar[tuple[Parameter, ...]]
@@ -142,8 +160,13 @@ class Effect:
 
     @property
     def name(self) -> str:
-        """The name in model files: that of the module."""
-        return type(self).__module__.rpartition(".")[2]
+        """The name in model files: that of the class, in words joined by underscores."""
+        return _CAPITAL.sub(r"_\1", type(self).__name__).lower()
+
+    @property
+    def title(self) -> str:
+        """What it is, in a line: the first one of the class's docstring."""
+        return (type(self).__doc__ or self.name.replace("_", " ")).strip().split("\n")[0]
 
     @cached_property
     def additive(self) -> bool:

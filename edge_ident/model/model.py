@@ -11,7 +11,7 @@ and one of either sign, but not their names. Further terms are effects of the ca
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,12 @@ from numpy.typing import NDArray
 from edge_ident.errors import ModelError
 from edge_ident.model.sources import axes_of
 from edge_ident.model.supported_range import SupportedRange
+from edge_ident.support.readable import Readable
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from edge_ident.support.rows import Table
 
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 POSITIVE: Final = np.array([True, True, True, False])
@@ -151,8 +157,8 @@ class SourceFile:
     sha256: str
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, repr=False)
+class Model(Readable):
     """All axes of a drive, and where the numbers come from.
 
     Attributes
@@ -209,6 +215,24 @@ class Model:
             f"the model describes {', '.join(self.axes)}, not {', '.join(wanted)}",
             "give the model of this drive, or name its axes as the machine does",
         )
+
+    def table(self) -> "Table":
+        """One row for each parameter of each term.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.model.model_table import model_table
+
+        return model_table(self)
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.model.model_table import model_table
+        from edge_ident.support.rows import shown
+
+        return shown(model_table(self), "model")
 
 
 def base_axis(

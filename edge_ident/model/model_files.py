@@ -3,17 +3,21 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
+from edge_ident.support.given import path as path_of
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite, read_json, write_json
 from edge_ident.support.paths import no_file
 from edge_ident.support.version import VERSION
+
+if TYPE_CHECKING:
+    from edge_ident.model.given_model import GivenModel
 
 _UNDERFLOW: Final = 1e-100
 """No deviation is as small: what is left of a parameter that a bound holds."""
@@ -21,17 +25,19 @@ _UNSEEN: Final = 1e6
 """Deviation over value from which a recording says nothing about a parameter."""
 
 
-def save_model(model: Model, path: str | Path) -> None:
+def save_model(model: "GivenModel", path: str | Path) -> None:
     """Write a model of one drive, whole or not at all.
 
     Parameters
     ----------
-    model : Model
+    model : Model, or a result that has one
     path : str or Path
         The JSON file.
 
     Raises
     ------
+    ModelError
+        It is no model, or a parameter of an effect is missing or no number.
     OSError
         The file cannot be written.
 
@@ -41,7 +47,9 @@ def save_model(model: Model, path: str | Path) -> None:
     >>> found = edge_ident.identify(edge_ident.simulate())
     >>> edge_ident.save_model(found.model, "model.json")
     """
-    write_json(model_document(model), Path(path))
+    from edge_ident.model.given_model import given_model
+
+    write_json(model_document(given_model(model)), path_of(path, "the file to write (.json)"))
 
 
 def model_document(model: Model) -> dict[str, Any]:
@@ -167,7 +175,7 @@ def load_model(path: str | Path) -> Model:
     >>> edge_ident.load_model("model.json").axes["x"].terms[0].effect
     'rigid_body'
     """
-    path = Path(path)
+    path = path_of(path, "a model file (.json)")
     if not path.is_file():
         raise ModelError(no_file(path), "give the path of a model file (.json)")
     try:

@@ -3,7 +3,7 @@
 The rest of the project relies on these rules and does not check them again.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import fields, replace
 from typing import Final
 
@@ -16,6 +16,7 @@ from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, Span
 from edge_ident.model.strengths import no_draw
+from edge_ident.support.given import check_type
 from firmware_interface.gains import AxisGains
 
 _UNITS: Final = {"effort": "N*m", "position": "rad", "inertia": "kg*m^2"}
@@ -54,7 +55,7 @@ _PROBE: Final = Excitation(
 
 
 def check_effect(name: str, effect: object, catalogue: Collection[str]) -> None:
-    """Check one effect.
+    """Check one effect of the catalogue.
 
     Parameters
     ----------
@@ -68,29 +69,68 @@ def check_effect(name: str, effect: object, catalogue: Collection[str]) -> None:
     Raises
     ------
     ModelError
-        The effect breaks a rule of `RULES`; the message names the file and the rule.
+        The effect breaks rules of `RULES` or `OF_THE_CATALOGUE`; the message names the file and
+        all that it breaks.
     """
+    next_step = f"correct edge_ident/model/effects/{name}.py"
     if not isinstance(effect, Effect):
-        raise _refusal(name, "it holds no EFFECT, an instance of a subclass of Effect")
+        raise _refusal(name, ["it holds no EFFECT, an instance of a subclass of Effect"], next_step)
     if effect.name != name:
-        raise _refusal(name, f"the class of its EFFECT is that of {effect.name}")
-    for rule in RULES:
-        for fault in rule(effect):
-            raise _refusal(name, fault)
-    for other in effect.search.alternatives:
-        if other == name or other not in catalogue:
-            raise _refusal(name, f"its alternative {other!r} is no other effect")
+        raise _refusal(name, [f"the class of its EFFECT is that of {effect.name}"], next_step)
+    faults = _faults(effect, catalogue)
+    if faults := faults or [fault for rule in OF_THE_CATALOGUE for fault in rule(effect)]:
+        raise _refusal(name, faults, next_step)
 
 
-def _refusal(name: str, fault: str) -> ModelError:
-    return ModelError(f"effect {name}: {fault}", f"mend edge_ident/model/effects/{name}.py")
+def check_own_effect(effect: object, catalogue: Collection[str]) -> Effect:
+    """Check an effect of a user's own: its physics, and how it is searched for.
+
+    Raises
+    ------
+    ModelError
+        It is no effect, or breaks rules of `RULES`; the message names all that it breaks.
+    """
+    if isinstance(effect, type) and issubclass(effect, Effect):
+        name = effect.__name__
+        raise ModelError(
+            f"{name} is a class, and no effect yet", f"give {name}(search=SearchSpec(...))"
+        )
+    check_type(effect, Effect, "give an instance of your subclass of Effect")
+    assert isinstance(effect, Effect)
+    faults = _faults(effect, catalogue)
+    if faults:
+        raise _refusal(effect.name, faults, f"correct the class {type(effect).__name__}")
+    return effect
+
+
+def _faults(effect: Effect, catalogue: Collection[str]) -> list[str]:
+    """All that an effect lacks to be searched for. What computes with it waits for the rest."""
+    found = [fault for rule in RULES for fault in rule(effect)]
+    found += [
+        f"its alternative {other!r} is no other effect"
+        for other in effect.search.alternatives
+        if other == effect.name or other not in catalogue
+    ]
+    if found:
+        return found
+    try:
+        return [*_grid(effect), *_linearity(effect)]
+    except Exception as error:  # of the user's own code: anything
+        return [f"its physics fails on a test motion: {type(error).__name__}: {error}"]
+
+
+def _refusal(name: str, faults: Sequence[str], next_step: str) -> ModelError:
+    return ModelError(f"effect {name}: {'; '.join(faults)}", next_step)
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
     """Parameters have names of their own, bounds, a unit that can be written, a valid default."""
+    if not getattr(effect, "parameters", ()):
+        yield "it has no parameters: parameters = (Parameter(name, unit, low, high, text), ...)"
+        return
     names = [parameter.name for parameter in effect.parameters]
     if not names or len(set(names)) < len(names):
-        yield "its parameters have no names, or one name twice"
+        yield "one of its parameters has no name, or two have the same"
     for parameter in effect.parameters:
         if not -np.inf < parameter.low < parameter.high < np.inf:
             yield f"parameter {parameter.name} has no finite bounds, the lower one first"
@@ -105,23 +145,14 @@ def _parameters(effect: Effect) -> Iterator[str]:
 
 
 def _search(effect: Effect) -> Iterator[str]:
-    """The search has forms, texts and a grid for every nonlinear parameter; training has values."""
-    search, known = effect.search, set(effect.bounds)
-    if not (search.forms and search.signature and search.experiment and search.alternatives):
-        yield "its search lacks forms, a signature, alternatives or an experiment"
-    if effect.draw is no_draw:
-        yield "it draws no random values for training"
-    grids = [f(_PROBE) for f in (search.grid, *(form.grid for form in search.forms)) if f]
-    if any(len({len(values) for values in grid.values()}) > 1 for grid in grids):
-        yield "the arrays of its grid differ in length"
-    grid = {name for part in grids for name in part}
+    """The search has forms, which name parameters that there are."""
+    search, known = effect.search, set(getattr(effect, "parameters", ()) and effect.bounds)
+    if not search.forms:
+        yield "its search has no form: SearchSpec(forms=(Form(linear, nonlinear),), grid=...)"
     nonlinear = {name for form in search.forms for name in form.nonlinear}
     named = {*search.linear, *nonlinear, *search.open_ended, *search.between_recordings}
-    named |= {*search.essential, *grid}
-    for name in sorted(named - known):
+    for name in sorted({*named, *search.essential} - known):
         yield f"its search names {name}, which is no parameter"
-    for name in sorted(nonlinear - grid):
-        yield f"its grid has no values for {name}"
     for name in sorted(search.linear & nonlinear):
         yield f"{name} is linear in one form and nonlinear in another"
     if any(form.coupled for form in search.forms) and not (
@@ -130,10 +161,32 @@ def _search(effect: Effect) -> Iterator[str]:
         yield "a form is coupled, and the effect takes no source axis"
 
 
+def _grid(effect: Effect) -> Iterator[str]:
+    """A grid has values for every nonlinear parameter."""
+    search = effect.search
+    grids = [f(_PROBE) for f in (search.grid, *(form.grid for form in search.forms)) if f]
+    if any(len({len(values) for values in grid.values()}) > 1 for grid in grids):
+        yield "the arrays of its grid differ in length"
+    grid = {name for part in grids for name in part}
+    for name in sorted(grid - set(effect.bounds)):
+        yield f"its grid names {name}, which is no parameter"
+    for name in sorted({name for form in search.forms for name in form.nonlinear} - grid):
+        yield f"its grid has no values for {name}"
+
+
+def _texts_and_draws(effect: Effect) -> Iterator[str]:
+    """What a person reads of it, and random values for training."""
+    search = effect.search
+    if not (search.signature and search.experiment and search.alternatives):
+        yield "its search lacks a signature, alternatives or an experiment"
+    if effect.draw is no_draw:
+        yield "it draws no random values for training"
+
+
 def _hooks(effect: Effect) -> Iterator[str]:
     """Hooks come in pairs: what one direction does, the other undoes."""
     if not any(map(effect.overrides, _ACTING)):
-        yield "it overrides no hook: it does nothing"
+        yield f"it overrides no hook, and does nothing: override one of {', '.join(_ACTING)}"
     for hook, *others in _TOGETHER:
         if effect.overrides(hook) and not any(map(effect.overrides, others)):
             missing = " or ".join(others)
@@ -258,8 +311,11 @@ RULES: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (
     _search,
     _hooks,
     _memory,
-    _linearity,
+)
+"""Each yields the faults of an effect, in words. What computes with it comes after these."""
+OF_THE_CATALOGUE: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (
+    _texts_and_draws,
     _compensation,
     _advice,
 )
-"""Each yields the faults of an effect, in words."""
+"""What the effects of this project have as well."""

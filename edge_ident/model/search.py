@@ -70,6 +70,12 @@ class Form:
         Laws outside the catalogue that change likewise may be taken for it.
     grid : callable, optional
         Of its nonlinear parameters, where they are others than those of `SearchSpec.grid`.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Form(("level",), ("speed",)).nonlinear
+    ('speed',)
     """
 
     linear: tuple[str, ...]
@@ -242,6 +248,12 @@ class SearchSpec:
     degenerate : callable
         Why values are those of another effect, to which this one tends, or of no axis with that
         inertia; nothing where they are neither.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.SearchSpec(forms=(edge_ident.Form(("level",)),)).linear
+    frozenset({'level'})
     """
 
     forms: tuple[Form, ...] = ()

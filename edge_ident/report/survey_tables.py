@@ -15,7 +15,7 @@ from rich.text import Text
 from edge_ident.files.extras import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
-from edge_ident.fleet.table import COLUMNS, Cell
+from edge_ident.fleet.table import COLUMNS
 from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.survey_wording import (
     causes_words,
@@ -25,6 +25,7 @@ from edge_ident.report.survey_wording import (
     ratio_to_others,
 )
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.rows import Cell
 from edge_ident.support.tables import FittingTable
 from edge_ident.support.visible_text import on_a_line
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.support.given import check_type
 from edge_ident.support.limits import LARGEST
 
 Array = NDArray[np.float64]
@@ -33,6 +34,8 @@ def check_arrays(recording: Recording) -> None:
         number is not finite; time goes back.
     """
     source, time_s = recording.source, recording.time_s
+    for axis in recording.axes.values():
+        check_type(axis, AxisRecord, "give an AxisRecord for each axis")
     _check_vector(f"{source}, time_s", time_s)
     for name, axis in recording.axes.items():
         for quantity, values in _signals(axis):

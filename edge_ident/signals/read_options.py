@@ -2,6 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
+
+from edge_ident.support.given import check_type
 
 
 @dataclass(frozen=True)
@@ -46,3 +49,10 @@ class ReadOptions:
     delimiter: str | None = None
     decimal: str | None = None
     axes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("columns", "units"):
+            check_type(getattr(self, name), Mapping, f'give {name}={{"heading": "..."}}')
+        for name in ("period_s", "torque_constant"):
+            if getattr(self, name) is not None:
+                check_type(getattr(self, name), Real, f"give a number for {name}")

@@ -2,13 +2,20 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.model.model import inertia_unit
+from edge_ident.support.readable import Readable
 from edge_ident.support.words import listed
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from edge_ident.support.rows import Table
 
 Array = NDArray[np.float64]
 
@@ -109,8 +116,8 @@ class PassiveAxis:
     position_unit: str
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Readable):
     """A measured motion.
 
     Attributes
@@ -166,6 +173,24 @@ class Recording:
     @property
     def _every(self) -> Mapping[str, AxisRecord | PassiveAxis]:
         return {**self.axes, **self.passive}
+
+    def table(self) -> "Table":
+        """One row for each axis.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        from edge_ident.signals.recording_table import recording_table
+
+        return recording_table(self)
+
+    def __rich__(self) -> "RenderableType":
+        from edge_ident.signals.recording_table import length_in_words, recording_table
+        from edge_ident.support.rows import shown
+
+        return shown(recording_table(self), length_in_words(self))
 
 
 def driven_in(recordings: Iterable[Recording], names: Collection[str]) -> list[Recording]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
+from edge_ident.files.frames import is_frame
 from edge_ident.files.reading import read_table
 from edge_ident.files.table import Table
 from edge_ident.signals.array_checks import check_form
@@ -21,9 +22,12 @@ from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_colu
 from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
 from edge_ident.signals.data_checks import check_motions, check_table
 from edge_ident.signals.moved_axes import resting_as_passive
+from edge_ident.signals.python_words import speaking_python
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.given import check_type, type_of
+from edge_ident.support.given import path as path_of
 
 if TYPE_CHECKING:
     from typing import Protocol
@@ -93,6 +97,7 @@ class Inspection:
     _first_row: int
     _effort_shift_s: float
     _axes: Sequence[str]
+    _of_program: bool = False
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -123,6 +128,10 @@ class Inspection:
             There is a question, a column is missing, or the data fail a check of
             `edge_ident.signals.data_checks`.
         """
+        with speaking_python(self._of_program):
+            return self._recording()
+
+    def _recording(self) -> Recording:
         if self.questions:
             raise DataError(
                 f"{self.source}: not certain which column is what: {'; '.join(self.questions)}",
@@ -166,8 +175,12 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
     ()
     """
     options = options or ReadOptions()
-    table = read_table(source, options.delimiter, options.decimal)
-    mapping = map_columns(table, options)
+    check_type(options, ReadOptions, 'give ReadOptions(columns={"pos": "x_position_rad"}, ...)')
+    if not (isinstance(source, str | Path) or is_frame(source)):
+        raise DataError(f"{type_of(source)} is no recording", "give a path or a data frame")
+    with speaking_python(is_frame(source)):
+        table = read_table(source, options.delimiter, options.decimal)
+        mapping = map_columns(table, options)
     rows = len(table.columns[0].values) if table.columns else 0
     return Inspection(
         source=table.source,
@@ -183,6 +196,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         _first_row=table.first_row,
         _effort_shift_s=_effort_shift_s(table),
         _axes=options.axes,
+        _of_program=is_frame(source),
     )
 
 
@@ -224,6 +238,7 @@ def load_recording(
     'rad'
     """
     options = options or ReadOptions()
+    check_type(options, ReadOptions, 'give ReadOptions(columns={"pos": "x_position_rad"}, ...)')
     options = replace(options, columns={**options.columns, **(rename or {})})
     return inspect_recording(source, options).recording()
 
@@ -249,8 +264,9 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     >>> import edge_ident
     >>> edge_ident.save_recording(edge_ident.simulate(), "drive.npz")
     """
+    check_type(recording, Recording, "give what load_recording or simulate returned")
     check_form(recording)
-    path = Path(path)
+    path = path_of(path, "the file to write, .npz or .csv")
     columns = columns_of(recording)
     with atomic_write(path, lasting=False) as partial:  # a watchdog does not wait for a disk
         if path.suffix == ".npz":

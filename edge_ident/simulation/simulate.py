@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from edge_ident.drive.motions import MotionName
-from edge_ident.model.model import Model
+from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.signals.array_checks import check_arrays
 from edge_ident.signals.recording import Recording
 from edge_ident.simulation.flexible import reduced_model
@@ -13,11 +13,12 @@ from edge_ident.simulation.references import (
     recorded_references,
 )
 from edge_ident.simulation.scenario import Scenario, record
+from edge_ident.support.given import number
 from firmware_interface.motion import Trajectory
 
 
 def simulate(
-    model: Model | None = None,
+    model: GivenModel | None = None,
     motion: MotionName | Recording | Trajectory = "sinusoid",
     *,
     cycles: int | None = None,
@@ -32,7 +33,7 @@ def simulate(
 
     Parameters
     ----------
-    model : Model, optional
+    model : Model, result with a model, str or Path, optional
         Without one, the built-in drive with everything in it that bends.
     motion : {"sinusoid", "multisine", "staircase"}, Recording or Trajectory
         The motion of a recording is followed at its own sampling.
@@ -74,7 +75,14 @@ def simulate(
     >>> len(recording.time_s)
     8742
     """
-    followed = reduced_model() if model is None else model
+    number("noise", noise, 0.0, 10.0, "give a share of the rms effort, such as 0.01")
+    if cycles is not None:
+        number("cycles", cycles, 1, 10_000, "give a whole number of periods, or leave it out")
+    exact = {"encoder_counts": encoder_counts, "effort_resolution": effort_resolution}
+    for name, value in exact.items():
+        if value is not None:
+            number(name, value, 0.0, 1e12, "give 0 for an exact one, or leave it out")
+    followed = reduced_model() if model is None else given_model(model)
     units = {name: axis.position_unit for name, axis in followed.axes.items()}
     if isinstance(motion, Recording):
         check_arrays(motion)

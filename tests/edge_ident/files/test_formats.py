@@ -271,7 +271,7 @@ def test_a_data_frame_is_read_and_stays_as_it_is() -> None:
     before = given.copy()
     check(edge_ident.load_recording(given), mm=False)
     pd.testing.assert_frame_equal(given, before)
-    with pytest.raises(TypeError, match="a recording is a path or a data frame"):
+    with pytest.raises(edge_ident.DataError, match="an int is no recording"):
         edge_ident.load_recording(42)
 
 

@@ -228,4 +228,4 @@ def test_a_file_that_breaks_a_rule_is_refused(folder: Path, part: str) -> None:
     (folder / f"{NAME}.py").write_text(FILE.replace(part, instead), encoding="utf-8")
     with pytest.raises(ModelError, match=message) as caught:
         named(NAME)
-    assert caught.value.next_step == f"mend edge_ident/model/effects/{NAME}.py"
+    assert caught.value.next_step == f"correct edge_ident/model/effects/{NAME}.py"
