@@ -39,7 +39,10 @@ class EdgeIdentError(Exception):
         super().__init__(cause)
         self.cause = cause
         self.next_step = next_step
-        self.add_note(f"next step: {next_step}")  # a traceback shows it
+
+    def __str__(self) -> str:
+        """Both lines, as a traceback shows them."""
+        return f"{self.cause}\nnext step: {self.next_step}"
 
 
 class LinkError(EdgeIdentError):
