@@ -85,6 +85,29 @@ class FileOptions:
         ),
     ] = None  # fmt: skip
 
+    topic: Annotated[
+        str | None,
+        typer.Option(
+            "--topic", metavar="NAME", help="Topic of a bag to read, such as /joint_states.",
+        ),
+    ] = None  # fmt: skip
+    effort_encoding: Annotated[
+        str | None,
+        typer.Option(
+            "--effort-encoding",
+            metavar="ENCODING",
+            help="How the effort holds its sign: uint16 (two's complement read without a sign; "
+            "uint8 to uint64) or sign-magnitude.",
+        ),
+    ] = None
+    effort_shift: Annotated[
+        float,
+        typer.Option(
+            "--effort-shift",
+            metavar="SECONDS",
+            help="Time from the position of a row to when its effort acted.",
+        ),
+    ] = 0.0
     axis: Annotated[
         list[str] | None,
         typer.Option(
@@ -110,6 +133,9 @@ class FileOptions:
             torque_constant=self.torque_constant,
             delimiter=self.delimiter,
             decimal=self.decimal,
+            topic=self.topic,
+            effort_encoding=self.effort_encoding,
+            effort_shift_s=self.effort_shift,
             axes=self.axis or (),
         )
 

@@ -4,6 +4,7 @@ The checks know no particular machine. They rest on what holds for all: a mass r
 takes energy out of the motion, and an effort that moves an axis follows from the motion.
 """
 
+from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -62,7 +63,7 @@ _RANK: Final = 1e-9
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
+def check_effort(signals: Signals, part: EstimationPart, source: str = "") -> list[Finding]:
     """Findings against the effort of an axis; the most telling alone, because it explains others.
 
     Parameters
@@ -70,12 +71,14 @@ def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
     signals : Signals
     part : EstimationPart
         What to judge by.
+    source : str, optional
+        File of the recording, for the command that is the next step.
     """
     columns, effort = part.columns, signals.effort[part.samples]
     return (
         _copy_of_velocity(columns.values[:, 1], effort)
         or _wrong_sign(columns, effort)
-        or _recorded_late(signals, part.samples)
+        or _recorded_late(signals, part.samples, source)
         or _unrelated(columns, effort)
     )
 
@@ -150,7 +153,7 @@ def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
     ]
 
 
-def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+def _recorded_late(signals: Signals, part: NDArray[np.intp], source: str) -> list[Finding]:
     """An effort that fits the motion only a good while earlier or later.
 
     At one frequency a shift is any phase, and a spring, a hysteresis or a vibration in the loop
@@ -169,8 +172,12 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     blocks = np.array_split(shifts, -(-len(shifts) * len(inside) // _AT_ONCE))
     left = np.concatenate([_left_of(signals.effort[inside + b[:, None]], basis) for b in blocks])
     best = int(np.argmin(left))
-    late_s = float(shifts[best]) * period_s
-    if abs(late_s) < border_s or left[best] > _FALLS * left[reach] or left[best] > RESIDUAL_LIMIT:
+    late_s = step * (_least_between(left, best) - reach) * period_s
+    if (
+        abs(shifts[best]) * period_s < border_s
+        or left[best] > _FALLS * left[reach]
+        or left[best] > RESIDUAL_LIMIT
+    ):
         return []
     if _one_line(signals):  # asked only here, because no shift fits as a rule
         return []
@@ -181,17 +188,30 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     reasons = ["The two columns were recorded by different clocks"]
     reasons += ["what lies between motor and encoder is soft"] if late_s < 0 else []
     reasons += [] if judged else ["the axis sticks where it turns"]
+    by = f"{abs(late_s):.2g} s"
+    said = f"read late by {by}: each row has the effort of {by} after its position"
+    if late_s > 0.0:
+        said = f"delayed by {by}: each row has the effort of {by} before its position"
     return [
         Finding(
             "effort_late",
-            f"{'later' if late_s > 0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
-            f"motion: the model then misses {left[best]:.1%} of it, now {left[reach]:.1%}. "
-            + ", or ".join(reasons),
-            f"shift the effort column by {-late_s:+.2g} s against time_s, or record both at once",
+            f"the effort is {said}. With that, the model misses {left[best]:.1%} of it, now "
+            f"{left[reach]:.1%}. " + ", or ".join(reasons),
+            "record both at once, or say when the effort acted: "
+            f"edge-ident identify {quote(source or 'FILE')} --effort-shift {-late_s:.2g}",
             blocks=judged,
             contradicts=judged,
         )
     ]
+
+
+def _least_between(left: Array, best: int) -> float:
+    """Where a parabola through the smallest value and those beside it is least."""
+    if not 0 < best < len(left) - 1:
+        return float(best)
+    before, here, after = np.square(left[best - 1 : best + 2])
+    bend = before + after - 2.0 * here
+    return best + float(0.5 * (before - after) / bend if bend > 0.0 else 0.0)
 
 
 def _away_from_reversals(

@@ -16,7 +16,8 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
         for row, line in enumerate(lines_of(file), start=1):
             if row < layout.first_row or not line.strip():
                 continue
-            cells = dialect.cells(line.rstrip("\n"))
+            cells = dialect.all_cells(line.rstrip("\n"))
+            cells = cells[:-1] if layout.open_end and not cells[-1] else cells
             where = f"{path}, row {row}"
             if len(cells) > 1 and not any(map(dialect.is_number_anyhow, cells)):
                 return DataError(
@@ -30,7 +31,7 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
                     "give every row one value per column",
                 )
             for c in layout.numeric:
-                if not dialect.is_value(cells[c]) or not cells[c]:
+                if not dialect.is_value(cells[c]):
                     return _bad(where, layout.headings[c], cells[c], dialect)
     return DataError(f"{path}: not a table of numbers", "see --delimiter and --decimal")
 

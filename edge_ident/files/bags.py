@@ -20,7 +20,7 @@ _JOINT_STATES: Final = "sensor_msgs/msg/JointState"
 _NS_PER_S: Final = 1_000_000_000
 
 
-def read_bag(path: Path) -> Table:
+def read_bag(path: Path, topic: str | None = None) -> Table:
     """Read the joint states of a .bag, .db3 or .mcap file, or of the folder of a bag of ROS 2.
 
     Time is the stamp of each message, or when it was recorded where it has none. A joint has

@@ -6,10 +6,13 @@ way that leaves several numbers in one cell does not.
 
 import codecs
 import csv
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -26,7 +29,16 @@ _NUMBERS: Final = {
     "point": re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"),
     "comma": re.compile(r"[-+]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][-+]?\d+)?"),
 }
-_MISSING: Final = re.compile(r"|[-+]?(?:nan|inf)", re.IGNORECASE)
+BLANK: Final = r"(?:-+|n/?a|#n/?a|null|none)?"
+"""What stands in a cell that holds nothing."""
+_MISSING: Final = re.compile(rf"{BLANK}|[-+]?(?:nan|inf)", re.IGNORECASE)
+_DAY: Final = r"(?:\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?\.\d\d?\.\d{4})"
+_STAMP: Final = re.compile(
+    rf"(?:(?P<day>{_DAY})[T ]\s*)?(?P<hour>\d\d?):(?P<minute>\d\d):(?P<second>\d\d)"
+    r"(?:[.,:](?P<part>\d{1,9}))?\s*(?:Z|UTC|[-+]\d\d:?\d\d)?"
+)
+"""A date with its time of day, or a time of day: ISO 8601, and as it is written in German."""
+DAY_S: Final = 86400.0
 _WORDS: Final = re.compile(r'"[^"]*"|[^\s\[(]+(?:\s*[\[(][^\[\]()]*[\])])?|\S+')
 """Cells between blanks; a unit in brackets belongs to the heading before it."""
 _SEVERAL: Final = re.compile(r"[-+\d.eE]*\d[;, \t][-+ ]*[.\d][-+\d.,; \teE]*")
@@ -72,6 +84,11 @@ class Dialect:
 
     def cells(self, line: str) -> list[str]:
         """The cells of a line; an empty one at its end is a delimiter too many."""
+        cells = self.all_cells(line)
+        return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+
+    def all_cells(self, line: str) -> list[str]:
+        """The cells of a line as they stand there."""
         return split(line, DELIMITERS[self.delimiter])
 
     def is_number(self, cell: str) -> bool:
@@ -79,8 +96,12 @@ class Dialect:
         return _NUMBERS[self.decimal].fullmatch(cell) is not None
 
     def is_value(self, cell: str) -> bool:
-        """Whether a cell holds a number, or says that there is none."""
-        return self.is_number(cell) or _MISSING.fullmatch(cell) is not None
+        """Whether a cell holds a number or a time of day, or says that there is none."""
+        return self.is_number(cell) or _MISSING.fullmatch(cell) is not None or self.is_stamp(cell)
+
+    def is_stamp(self, cell: str) -> bool:
+        """Whether a cell holds a time of day, with its date or without."""
+        return _STAMP.fullmatch(cell) is not None
 
     def is_number_anyhow(self, cell: str) -> bool:
         """Whether a cell is a number with either decimal sign."""
@@ -95,8 +116,33 @@ def split(line: str, delimiter: str) -> list[str]:
         cells = _WORDS.findall(line)
     else:
         cells = line.split(delimiter)
-    cells = [cell.strip().strip('"') for cell in cells]
-    return cells[:-1] if len(cells) > 1 and not cells[-1] else cells
+    return [cell.strip().strip('"') for cell in cells]
+
+
+def seconds_of_stamp(cell: str) -> float:
+    """Seconds of a time of day, since 1970 where it has its date; NaN of an empty cell.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    match = _STAMP.fullmatch(cell.strip().strip('"'))
+    if match is None:
+        if _MISSING.fullmatch(cell.strip()):
+            return math.nan
+        raise ValueError(f"{cell} is no time")
+    part = match["part"]
+    seconds = 3600.0 * int(match["hour"]) + 60.0 * int(match["minute"]) + int(match["second"])
+    seconds += int(part) / 10.0 ** len(part) if part else 0.0
+    return seconds + (DAY_S * _day_number(match["day"]) if match["day"] else 0.0)
+
+
+@cache
+def _day_number(text: str) -> int:
+    first, month, last = (int(word) for word in re.split(r"\D", text))
+    year, day = (last, first) if "." in text else (first, last)
+    return (date(year, month, day) - date(1970, 1, 1)).days
 
 
 def read_head(path: Path) -> tuple[str, list[str]]:
@@ -114,6 +160,11 @@ def read_head(path: Path) -> tuple[str, list[str]]:
         raise DataError(f"{path}: the file is empty", "give a file with a recording in it")
     encoding = _encoding(path, head)
     text = codecs.getincrementaldecoder(encoding)("replace").decode(head)
+    if text.lstrip().startswith("<"):
+        raise DataError(
+            f"{path}: an XML or HTML document, such as a trace as its own program keeps it",
+            "export the trace from that program as text or CSV, and give that file",
+        )
     lines = text.splitlines()
     return encoding, (lines if whole else lines[:-1])[:_HEAD_LINES]
 

@@ -15,6 +15,7 @@ _PER_SECOND: Final = ("s", "s2")
 _LABEL: Final = re.compile(r"\w*\d|[XYZABCUVW]")
 _JOINT: Final = re.compile(r"(?:.*[\W_])?name[\W_]*(?P<index>\d+)\W*", re.IGNORECASE)
 """`field.name0`, `name_0`, `name[0]`: each row repeats the joint's name."""
+_REPETITION: Final = re.compile(r" \(\d+\)\Z")
 _BY_NAME: Final = {
     "nm": "Nm",
     "a": "A",
@@ -126,6 +127,11 @@ def unique(headings: Iterable[str]) -> list[str]:
 def repetition(heading: str, number: int) -> str:
     """What a heading is called where it stands in a file for the second time, and so on."""
     return f"{heading} ({number})"
+
+
+def without_repetition(heading: str) -> str:
+    """A heading without the number that `repetition` gave it."""
+    return _REPETITION.sub("", heading)
 
 
 def joint_names(texts: Iterable[tuple[str, Collection[str]]]) -> dict[str, str]:

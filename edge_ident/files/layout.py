@@ -53,6 +53,8 @@ class Layout:
         What the lines before the table state.
     open_end : bool
         Whether rows end with a delimiter.
+    stamps : tuple of int
+        Columns of these that hold times of day.
     """
 
     first_row: int
@@ -63,6 +65,7 @@ class Layout:
     numeric: tuple[int, ...]
     header: Mapping[str, str]
     open_end: bool = False
+    stamps: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         said = f"headings in row {self.heading_row}" if self.heading_row else "no headings"
@@ -89,9 +92,13 @@ def lay_out(
     DataError
         Headings and values differ in number, or fewer than two columns hold numbers.
     """
-    held = [[bool(c) and is_value(c) for c in cells] for _, cells in rows if len(cells) == width]
-    usual = [row for row in held if any(row)]
-    numeric = tuple(c for c in range(width) if 2 * sum(row[c] for row in usual) >= len(usual))
+    usual = [cells for _, cells in rows if len(cells) == width]
+    usual = [cells for cells in usual if any(cell and is_value(cell) for cell in cells)]
+    numbers = [
+        sum(bool(cell) and is_value(cell) for cell in column) for column in zip(*usual, strict=True)
+    ]
+    written = [sum(map(bool, column)) for column in zip(*usual, strict=True)]
+    numeric = tuple(c for c in range(width) if numbers[c] and 2 * numbers[c] >= written[c])
     if len(numeric) < 2:
         raise DataError(
             f"{source}: only {len(numeric)} column holds numbers",
@@ -102,12 +109,12 @@ def lay_out(
     channels = _channels(before, width)
     if channels is not None:
         heading_row, headings, units = channels
-        return Layout(rows[first][0], heading_row, 0, headings, units, numeric, _stated(before))
+        return Layout(rows[first][0], heading_row, 0, headings, units, numeric, stated_in(before))
     unit_row, units = _unit_row(before, width)
     if unit_row:
         before = before[:-1]
     heading_row, headings = _headings(source, before, width)
-    header = _stated([row for row in before if row[0] != heading_row])
+    header = stated_in([row for row in before if row[0] != heading_row])
     return Layout(rows[first][0], heading_row, unit_row, headings, units, numeric, header)
 
 
@@ -183,7 +190,7 @@ def _channels(
     return number, headings, tuple(u if known_unit(u) else None for u in units)
 
 
-def _stated(before: Sequence[Row]) -> dict[str, str]:
+def stated_in(before: Sequence[Row]) -> dict[str, str]:
     """What the lines before the table state: a key and a value in two cells, or `key = value`."""
     stated = {}
     for _, cells in before:
@@ -197,7 +204,7 @@ def _stated(before: Sequence[Row]) -> dict[str, str]:
 
 def _pair(text: str) -> tuple[str, str] | None:
     """The two sides of `key = value` or `key: value`."""
-    before, *behind = re.split("[=:]", text, maxsplit=1)
+    before, *behind = re.split(r"[=:]|\sis\s", text, maxsplit=1)
     key, value = before.lstrip("#% \t").rstrip(), "".join(behind).strip()
     return (key, value) if key and value else None
 

@@ -50,7 +50,12 @@ _NOT_READ: Final = {
 """What other endings stand for, and what to do."""
 
 
-def read_table(source: Any, delimiter: str | None = None, decimal: str | None = None) -> Table:
+def read_table(
+    source: Any,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    topic: str | None = None,
+) -> Table:
     """Read the columns of a file, or of a data frame.
 
     Parameters
@@ -61,6 +66,8 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
         any other is text, which gzip may have compressed.
     delimiter, decimal : str, optional
         Of text, where they cannot be found out.
+    topic : str, optional
+        Of a bag that has several.
 
     Raises
     ------
@@ -69,24 +76,25 @@ def read_table(source: Any, delimiter: str | None = None, decimal: str | None = 
         `edge_ident.support.limits` allow, or a package that it needs is missing.
     """
     try:
-        return joined_stamps(_table(source, delimiter, decimal))
+        return joined_stamps(_table(source, delimiter, decimal, topic))
     except TooLargeError as error:
         raise DataError(f"{source}: {error}", _LESS) from error
     except MemoryError as error:
         raise DataError(f"{source}: there is not enough memory to read it", _LESS) from error
 
 
-def _table(source: Any, delimiter: str | None, decimal: str | None) -> Table:
+def _table(source: Any, delimiter: str | None, decimal: str | None, topic: str | None) -> Table:
     if not isinstance(source, str | Path):
         return _frame(source)
     path = Path(source)
     if (path / _BAG_OF_ROS_2).is_file():
-        return _read("bags", "read_bag", path)
+        return _read("bags", "read_bag", path, topic)
     if not path.is_file():
         raise DataError(no_file(path), _recording_in(path) or _ANY)
     ending = path.suffix.lower()
     if ending in _READERS:
-        return _read(*_READERS[ending], path)
+        module, function = _READERS[ending]
+        return _read(module, function, path, *([topic] if module == "bags" else []))
     if ending in _NOT_READ:
         what, next_step = _NOT_READ[ending]
         raise DataError(f"{path}: {what}", next_step)

@@ -30,12 +30,15 @@ class Column:
     unit : str or None
         As the file states it, None where it states none that is known.
     values : (N,) array
+    sparse : bool
+        Whether NaN stands where it was not sampled; of another column, NaN is a bad value.
     """
 
     heading: str
     name: str
     unit: str | None
     values: Array
+    sparse: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,9 +75,15 @@ class Table:
 
 
 def make_columns(
-    headings: Iterable[str], values: Iterable[Array], units: Iterable[str | None]
+    headings: Iterable[str],
+    values: Iterable[Array],
+    units: Iterable[str | None],
+    *,
+    sparse: bool = False,
 ) -> tuple[Column, ...]:
     """Columns with unique headings; a unit that is given apart goes before the heading's own.
+
+    Those of a table that is sparse are so where they hold NaN.
 
     Raises
     ------
@@ -86,7 +95,8 @@ def make_columns(
     check_size("characters in a heading", max(map(len, headings), default=0), MOST_CHARACTERS)
     for heading, numbers, given in zip(unique(headings), values, units, strict=True):
         name, unit = split_heading(heading)
-        made.append(Column(heading, name, given or unit, numbers))
+        holes = sparse and bool(np.isnan(numbers).any())
+        made.append(Column(heading, name, given or unit, numbers, holes))
     return tuple(made)
 
 

@@ -1,6 +1,7 @@
 """Tables in text files of any dialect."""
 
 import csv
+import re
 import warnings
 import zlib
 from collections.abc import Iterator, Sequence
@@ -14,17 +15,21 @@ from numpy.typing import NDArray
 
 from edge_ident.files.bad_cells import bad_cell
 from edge_ident.files.dialect import (
+    BLANK,
     BLANKS,
+    DAY_S,
     DELIMITERS,
     Dialect,
     find_dialect,
     read_head,
+    seconds_of_stamp,
     split,
     width_of,
 )
 from edge_ident.files.extras import unreadable
 from edge_ident.files.headings import joint_names
 from edge_ident.files.layout import Layout, lay_out, stated_period
+from edge_ident.files.named_values import read_named, read_stacked
 from edge_ident.files.opening import is_compressed, lines_of, open_bytes, open_text
 from edge_ident.files.table import Table, make_columns
 from edge_ident.support.limits import MOST_COLUMNS, TooLargeError, check_size, check_table
@@ -35,6 +40,7 @@ _CHUNK_ROWS: Final = 100_000
 """Rows that are converted at once: their objects are gone before the next."""
 _OTHER_WIDTH: Final = "another number of cells"
 _BLOCK_BYTES: Final = 1 << 24
+_NAN: Final = re.compile(r"[-+]?\bnan\b", re.IGNORECASE)
 
 
 def read_text(path: Path, delimiter: str | None = None, decimal: str | None = None) -> Table:
@@ -64,22 +70,31 @@ def read_text(path: Path, delimiter: str | None = None, decimal: str | None = No
 def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     encoding, lines = read_head(path)
     dialect = find_dialect(path, lines, encoding, delimiter, decimal)
-    rows = [(i, dialect.cells(line)) for i, line in enumerate(lines, start=1) if line.strip()]
+    rows = [(i, dialect.all_cells(line)) for i, line in enumerate(lines, start=1) if line.strip()]
     width = width_of(dialect, [cells for _, cells in rows])
+    open_end = _open_end(rows, width)
+    if open_end:
+        rows = [(i, cells if cells[-1] else cells[:-1] or cells) for i, cells in rows]
+        width -= 1
     check_size("columns", width, MOST_COLUMNS)
+    if (other := read_named(path, dialect, rows, width)) is not None:
+        return other
     layout = lay_out(str(path), _without_comments(rows, width), width, dialect.is_value)
-    table = lines[layout.first_row - 1 :]
-    quoted = any('"' in line for line in table)
-    layout = replace(layout, open_end=_open_end(table, DELIMITERS[dialect.delimiter]))
+    held = [cells for number, cells in rows if number >= layout.first_row and len(cells) == width]
+    stamps = [c for c in layout.numeric if any(dialect.is_stamp(cells[c]) for cells in held)]
+    layout = replace(layout, open_end=open_end, stamps=tuple(stamps))
     try:
-        values = _numbers(path, dialect, layout, quoted)
-    except TooLargeError:
-        raise
+        values, sparse = _any_numbers(path, dialect, layout, lines)
     except (ValueError, csv.Error) as error:
+        if (other := read_stacked(path, dialect)) is not None:
+            return other
         raise bad_cell(path, dialect, layout) from error
     headings = [layout.headings[c] for c in layout.numeric]
-    columns = make_columns(headings, values, [layout.units[c] for c in layout.numeric])
-    held = [cells for number, cells in rows if number >= layout.first_row and len(cells) == width]
+    units = ["s" if c in stamps else layout.units[c] for c in layout.numeric]
+    for row, column in enumerate(layout.numeric):
+        if column in stamps:
+            _since_first(values[row])
+    columns = make_columns(headings, values, units, sparse=sparse)
     texts = {
         layout.headings[c]: {cells[c] for cells in held}
         for c in range(width)
@@ -92,17 +107,48 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     )  # fmt: skip
 
 
-def _open_end(lines: Sequence[str], separator: str) -> bool:
-    """Whether the rows end with a delimiter."""
-    return separator != BLANKS and any(line.endswith(separator) for line in lines)
+def _since_first(times: Array) -> None:
+    """Count times of day from the first on, past midnight too."""
+    known = ~np.isnan(times)
+    if not np.any(known):
+        return
+    times -= times[known][0]
+    days = np.cumsum(np.diff(times[known], prepend=0.0) < -0.5 * DAY_S)
+    times[known] += DAY_S * days
+
+
+def _open_end(rows: Sequence[tuple[int, list[str]]], width: int) -> bool:
+    """Whether the rows of a table end with a delimiter, and no column stands behind it."""
+    last = [cells[-1] for _, cells in rows if len(cells) == width]
+    return width > 1 and not any(last)
+
+
+def _any_numbers(
+    path: Path, dialect: Dialect, layout: Layout, lines: Sequence[str]
+) -> tuple[Array, bool]:
+    """Values (columns, rows), and whether NaN in them stands for empty cells.
+
+    Raises
+    ------
+    ValueError, Error, TooLargeError
+        As of `_numbers`.
+    """
+    quoted = any('"' in line for line in lines[layout.first_row - 1 :])
+    try:
+        return _numbers(path, dialect, layout, quoted), False
+    except TooLargeError:
+        raise
+    except (ValueError, csv.Error):
+        return _numbers(path, dialect, layout, quoted, holes=True), True
 
 
 def _how(dialect: Dialect, layout: Layout) -> str:
     """How the file was read; nothing where it is written as the contract says."""
     plain = dialect.delimiter == "comma" and dialect.decimal == "point" and layout.heading_row
-    if plain and dialect.encoding.startswith("utf-8") and not layout.unit_row:
-        return ""
-    return f"{dialect}, {layout}"
+    plain = plain and not layout.unit_row
+    said = "" if plain and dialect.encoding.startswith("utf-8") else f"{dialect}, {layout}"
+    times = [f"{layout.headings[c]} in seconds from the first" for c in layout.stamps]
+    return ", ".join(filter(None, (said, *times)))
 
 
 def _without_comments(rows: list[tuple[int, list[str]]], width: int) -> list[tuple[int, list[str]]]:
@@ -114,8 +160,10 @@ def _without_comments(rows: list[tuple[int, list[str]]], width: int) -> list[tup
     return [(number, [" ".join(c)] if is_comment(c) else c) for number, c in rows]
 
 
-def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Array:
-    """Values (columns, rows), each column in one piece.
+def _numbers(
+    path: Path, dialect: Dialect, layout: Layout, quoted: bool, *, holes: bool = False
+) -> Array:
+    """Values (columns, rows), each column in one piece; with NaN for empty cells where `holes`.
 
     Raises
     ------
@@ -128,6 +176,8 @@ def _numbers(path: Path, dialect: Dialect, layout: Layout, quoted: bool) -> Arra
     with open_text(path, dialect.encoding) as file:
         table = islice(lines_of(file), layout.first_row - 1, layout.first_row - 1 + most)
         lines = _plain(table, dialect, layout, quoted)
+        if holes:
+            lines = _filled(lines, "\t" if quoted else DELIMITERS[dialect.delimiter])
         while (rows := _parsed(islice(lines, _CHUNK_ROWS), dialect, layout, quoted)).size:
             values[:, at : at + len(rows)] = rows.T
             at += len(rows)
@@ -144,6 +194,7 @@ def _parsed(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool
             comments=None,
             ndmin=2,
             usecols=None if len(layout.numeric) == len(layout.headings) else layout.numeric,
+            converters=dict.fromkeys(layout.stamps, seconds_of_stamp) or None,
         )
     if rows.size and rows.shape[1] != len(layout.numeric):
         raise ValueError(_OTHER_WIDTH)
@@ -163,6 +214,17 @@ def _plain(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool)
     if dialect.decimal == "comma":
         lines = _with_points(lines, "\t" if quoted else separator, layout)
     return lines
+
+
+def _filled(lines: Iterator[str], separator: str) -> Iterator[str]:
+    """Lines in which NaN stands for an empty cell, and what was NaN is infinite: a bad value."""
+    if separator == BLANKS:
+        yield from lines
+        return
+    edge = re.escape(separator)
+    empty = re.compile(rf"(?:(?<=^)|(?<={edge})) *{BLANK} *(?={edge}|$)", re.IGNORECASE)
+    for line in lines:
+        yield empty.sub("nan", _NAN.sub("inf", line.rstrip("\n"))) + "\n"
 
 
 def _unquoted(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
@@ -187,10 +249,11 @@ def _of_width(lines: Iterator[str], dialect: Dialect, layout: Layout) -> Iterato
 
 def _with_points(lines: Iterator[str], separator: str, layout: Layout) -> Iterator[str]:
     """Lines with decimal points; a number that had one before is written in another way."""
+    numbers = [c for c in layout.numeric if c not in layout.stamps]
     for line in lines:
         if "." in line:
             cells = split(line.rstrip("\n"), separator)
-            if any("." in cells[c] for c in layout.numeric if c < len(cells)):
+            if any("." in cells[c] for c in numbers if c < len(cells)):
                 raise ValueError("decimal points among decimal commas")
         yield line.replace(",", ".")
 

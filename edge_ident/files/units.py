@@ -36,7 +36,7 @@ _SPELLED: Final = {
         1.0: "s sec sek second seconds Sekunden",
         1e-3: "ms msec millisecond milliseconds",
         1e-6: "us µs μs usec microseconds",
-        1e-9: "ns",
+        1e-9: "ns nsec nanosecond nanoseconds",
         60.0: "min",
     },
     "m": {1.0: "m meter metre", 1e-3: "mm", 1e-2: "cm", 1e-6: "um µm μm micron", 1e-9: "nm"}

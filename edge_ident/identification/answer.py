@@ -221,7 +221,7 @@ def _findings(
     findings += departures(known.effects, seen, recording.axes[name])
     findings += tied_to_time(known.tied_to_time)
     extended = chosen.source is ParameterSource.EXTENDED_MODEL
-    findings += of_effort(known.signals, estimates.part, extended=extended)
+    findings += of_effort(known.signals, estimates.part, recording.source, extended=extended)
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
     findings += with_timing(doubts, estimates.timing)
     return findings + describe_scales(recording, name, chosen.estimate.parameters[0])

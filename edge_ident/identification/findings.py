@@ -80,9 +80,12 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
     ]
 
 
-def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[Finding]:
+def of_effort(
+    signals: Signals, part: EstimationPart, source: str, *, extended: bool
+) -> list[Finding]:
     """Findings against the effort; what the base model explains of it is no doubt about another."""
-    return [f for f in check_effort(signals, part) if not (extended and f.code == UNRELATED)]
+    found = check_effort(signals, part, source)
+    return [f for f in found if not (extended and f.code == UNRELATED)]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
@@ -127,12 +130,12 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
 def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
     """Findings, each said once: identification and diagnosis make some of the same checks.
 
-    Both may find a negative parameter, on other samples and so with other numbers. The one that
-    blocks has the numbers of the answer, and is kept.
+    Both may find a negative parameter or a late effort, on other samples and so with other numbers.
+    The one that blocks has the numbers of the answer, and is kept.
     """
     kept: dict[tuple[str, str], Finding] = {}
     for finding in findings:
-        numbers_differ = finding.code.startswith("negative_")
+        numbers_differ = finding.code.startswith(("negative_", "effort_"))
         same = (finding.code, "" if numbers_differ else finding.message)
         if same not in kept or finding.blocks:
             kept[same] = finding

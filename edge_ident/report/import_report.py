@@ -40,6 +40,7 @@ def import_document(
         ],
         "period_s": _period(recording) if recording else found.period_s,
         "left_out": list(found.left_out),
+        "done": list(found.done),
         "certain": not found.questions,
         "questions": list(found.questions),
         "options": list(found.options),
@@ -67,6 +68,7 @@ def inspection_lines(found: Inspection) -> Iterator[str]:
         yield "  ".join(["", *cells, row[3]]).rstrip()
     if found.period_s is not None:
         yield f"  sampling period {found.period_s:g} s: {found.period_reason}"
+    yield from (f"  {line}" for line in found.done)
     if found.left_out:
         yield f"  left out: {', '.join(found.left_out)}"
 

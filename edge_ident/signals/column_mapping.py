@@ -267,7 +267,7 @@ def _accepting(
         said.append(proposal.open)
     if options.period_s is not None:
         said.append(("--period", f"{options.period_s:g}"))
-    elif not any(use.target == TIME for use in uses):
+    elif table.period_s is None and not any(use.target == TIME for use in uses):
         said.append(("--period", "SECONDS"))
     if all(use.target in (None, TIME) for use in uses):
         said += [("--column", named) for named in _UNNAMED]

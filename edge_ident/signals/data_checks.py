@@ -18,6 +18,7 @@ from edge_ident.signals.array_checks import (
 )
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.contract_columns import TIME
+from edge_ident.signals.effort_encoding import check_magnitude
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.moved_axes import MINIMUM_COUNTS, moves, only_noise
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -160,6 +161,7 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         _check_spike(effort_where, axis.effort, axis.effort_unit, first_row)
         _check_stuck(where, driver, position, first_row)
         _check_jump(where, steps, np.diff(recording.time_s), first_row)
+        check_magnitude(f"{recording.source}, axis {name}", recording.time_s, position, axis.effort)
 
 
 def check_usable(recording: Recording) -> None:

@@ -30,6 +30,13 @@ class ReadOptions:
         comma, semicolon, tab or blanks; found out where it is None.
     decimal : str or None
         comma or point; found out where it is None.
+    topic : str or None
+        Of a bag, the topic to read; not needed where one alone has efforts.
+    effort_encoding : str or None
+        How the effort's numbers hold their sign (`edge_ident.signals.effort_encoding`): `uint16`
+        for two's complement that was read without a sign, or `sign-magnitude`.
+    effort_shift_s : float
+        Time from a row's position to when its effort acted.
     axes : sequence of str
         Axes to read, all where it is empty; the others' columns may hold anything.
 
@@ -48,6 +55,9 @@ class ReadOptions:
     torque_constant: float | None = None
     delimiter: str | None = None
     decimal: str | None = None
+    topic: str | None = None
+    effort_encoding: str | None = None
+    effort_shift_s: float = 0.0
     axes: Sequence[str] = ()
 
     def __post_init__(self) -> None:

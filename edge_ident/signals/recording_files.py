@@ -21,7 +21,9 @@ from edge_ident.signals.array_checks import check_form
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
 from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
 from edge_ident.signals.data_checks import check_motions, check_table
+from edge_ident.signals.effort_encoding import decode, encoding_sentence, find_encoding, is_effort
 from edge_ident.signals.moved_axes import resting_as_passive
+from edge_ident.signals.one_clock import OneClock, on_one_clock, with_own_clocks
 from edge_ident.signals.python_words import speaking_python
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
@@ -72,6 +74,8 @@ class Inspection:
         What is not certain. Where there is one, the columns are a proposal.
     options : tuple of str
         Of the command line, which accept the proposal.
+    done : tuple of str
+        What was done to the numbers: rows left out, clocks brought together, signs put back.
 
     Examples
     --------
@@ -93,6 +97,7 @@ class Inspection:
     left_out: tuple[str, ...]
     questions: tuple[str, ...]
     options: tuple[str, ...]
+    done: tuple[str, ...]
     _columns: Mapping[str, Array]
     _first_row: int
     _effort_shift_s: float
@@ -111,6 +116,7 @@ class Inspection:
                 said.append(f"{kept} → {use.target}{factor} ({use.reason})")
         if self.period_s is not None:
             said.append(f"sampling period {self.period_s:g} s ({self.period_reason})")
+        said += self.done
         said += [] if self._axes else undriven(use.target or "" for use in self.columns)
         unused = [use.heading for use in self.columns if use.target is None]
         if said and (unused or self.left_out):
@@ -179,9 +185,15 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
     if not (isinstance(source, str | Path) or is_frame(source)):
         raise DataError(f"{type_of(source)} is no recording", "give a path or a data frame")
     with speaking_python(is_frame(source)):
-        table = read_table(source, options.delimiter, options.decimal)
+        table = read_table(source, options.delimiter, options.decimal, options.topic)
+        table = with_own_clocks(table)
         mapping = map_columns(table, options)
     rows = len(table.columns[0].values) if table.columns else 0
+    asked = _encodings(table, mapping) if options.effort_encoding is None else {}
+    questions = (*mapping.questions, *asked.values())
+    made = OneClock({}, (), table.first_row)
+    if not questions:
+        made = _converted(table, mapping, rows, options)
     return Inspection(
         source=table.source,
         how=table.how,
@@ -190,10 +202,11 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         period_s=mapping.period_s,
         period_reason=mapping.period_reason,
         left_out=table.left_out,
-        questions=mapping.questions,
-        options=mapping.options,
-        _columns={} if mapping.questions else _converted(table, mapping, rows),
-        _first_row=table.first_row,
+        questions=questions,
+        options=(*mapping.options, *(x for name in asked for x in ("--effort-encoding", name))),
+        done=made.said,
+        _columns=made.columns,
+        _first_row=made.first_row,
         _effort_shift_s=_effort_shift_s(table),
         _axes=options.axes,
         _of_program=is_frame(source),
@@ -280,19 +293,41 @@ def save_recording(recording: Recording, path: str | Path) -> None:
             np.savetxt(file, np.column_stack(list(columns.values())), fmt=formats, delimiter=",")
 
 
-def _converted(table: Table, mapping: ColumnMapping, rows: int) -> dict[str, Array]:
-    """Columns by their names in the contract; the table's own arrays, which may be large."""
+def _encodings(table: Table, mapping: ColumnMapping) -> dict[str, str]:
+    """By the encoding of an effort that lacks its sign, the question about it."""
+    asked: dict[str, str] = {}
+    for column, use in zip(table.columns, mapping.uses, strict=True):
+        if is_effort(use.target):
+            known = column.values[~np.isnan(column.values)] if column.sparse else column.values
+            encoding = find_encoding(known)
+            if encoding is not None:
+                asked.setdefault(encoding, encoding_sentence(use.heading, known, encoding))
+    return asked
+
+
+def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOptions) -> OneClock:
+    """Columns by their names in the contract, on one clock; the table's own arrays, which may be
+    large."""
     columns: dict[str, Array] = {}
+    sparse: list[str] = []
+    signed: list[str] = []
     for column, use in zip(table.columns, mapping.uses, strict=True):
         if use.target is not None:
             values = column.values if column.values.flags.writeable else column.values.copy()
+            if options.effort_encoding is not None and is_effort(use.target):
+                given, values = values, decode(values, options.effort_encoding)
+                negative = int(np.count_nonzero(values < 0.0))
+                said = f"{use.heading}: {negative} of {rows} values are negative, by their encoding"
+                signed += [said] if values is not given else []
             if (use.unit.factor, use.unit.offset) != (1.0, 0.0):
                 values *= use.unit.factor
                 values += use.unit.offset
             columns[use.target] = values
+            sparse += [use.target] if column.sparse else []
     if mapping.period_s is not None:
         columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
-    return columns
+    made = on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
+    return replace(made, said=(*signed, *made.said))
 
 
 def _effort_shift_s(table: Table) -> float:

@@ -69,7 +69,7 @@ class EvenGrid:
         if self.jitter <= _ROUNDING:
             return signal
         kept = ~stale(self._stamps_s)
-        return _interpolated(self.time_s, self._stamps_s[kept], signal[kept])
+        return interpolated(self.time_s, self._stamps_s[kept], signal[kept])
 
     def unknown(self, effort: Array) -> NDArray[np.bool_]:
         """Samples (N,) inside a gap of the time stamps, or where an effort (N,) is clipped.
@@ -97,11 +97,11 @@ class EvenGrid:
         )
 
 
-def _interpolated(at: Array, time: Array, signal: Array) -> Array:
+def interpolated(at: Array, time: Array, signal: Array) -> Array:
     """Cubic Lagrange interpolation (M,) of a signal (N,), N at least 4."""
     if len(at) > LONG:  # block by block: the nodes take ten times the memory of the signal
         blocks = np.split(at, np.arange(LONG, len(at), LONG))
-        return np.concatenate([_interpolated(block, time, signal) for block in blocks])
+        return np.concatenate([interpolated(block, time, signal) for block in blocks])
     first = np.clip(np.searchsorted(time, at) - 2, 0, len(time) - 4)
     nodes = first[:, None] + np.arange(4)
     t = time[nodes]
