@@ -181,28 +181,38 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp], source: str) -> lis
         return []
     if _one_line(signals):  # asked only here, because no shift fits as a rule
         return []
-    away = _away_from_reversals(signals, inside, int(shifts[best]))
+    shift = int(shifts[best])
+    away = _away_from_reversals(signals, inside, shift)
     judged = len(away) >= _FEWEST
-    if judged and not _shifted(signals, inside, away, int(shifts[best])):
+    if judged and not _shifted(signals, inside, away, shift):
         return []
-    reasons = ["The two columns were recorded by different clocks"]
-    reasons += ["what lies between motor and encoder is soft"] if late_s < 0 else []
-    reasons += [] if judged else ["the axis sticks where it turns"]
-    by = f"{abs(late_s):.2g} s"
-    said = f"read late by {by}: each row has the effort of {by} after its position"
-    if late_s > 0.0:
-        said = f"delayed by {by}: each row has the effort of {by} before its position"
+    misses = f"the model misses {left[best]:.1%} of it, now {left[reach]:.1%}"
     return [
         Finding(
             "effort_late",
-            f"the effort is {said}. With that, the model misses {left[best]:.1%} of it, now "
-            f"{left[reach]:.1%}. " + ", or ".join(reasons),
+            f"the effort is {_late(late_s)}. With that, {misses}. {_reasons(late_s, judged)}",
             "record both at once, or say when the effort acted: "
             f"edge-ident identify {quote(source or 'FILE')} --effort-shift {-late_s:.2g}",
             blocks=judged,
             contradicts=judged,
         )
     ]
+
+
+def _reasons(late_s: float, judged: bool) -> str:
+    """What makes an effort late, in words."""
+    reasons = ["The two columns were recorded by different clocks"]
+    reasons += ["what lies between motor and encoder is soft"] if late_s < 0.0 else []
+    reasons += [] if judged else ["the axis sticks where it turns"]
+    return ", or ".join(reasons)
+
+
+def _late(late_s: float) -> str:
+    """Of which time the effort of a row is, in words."""
+    by = f"{abs(late_s):.2g} s"
+    if late_s < 0.0:
+        return f"read late by {by}: each row has the effort of {by} after its position"
+    return f"delayed by {by}: each row has the effort of {by} before its position"
 
 
 def _least_between(left: Array, best: int) -> float:
