@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
+from edge_ident.diagnosis.budget.account import error_budget
+from edge_ident.diagnosis.budget.prepared import missed
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.friction_line import friction_line
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
@@ -159,12 +161,14 @@ def _in_wider_band(problem: AxisProblem) -> _Found | None:
 class _Outcome:
     """An axis after the recordings themselves and, where there is one, another have judged it.
 
-    `base` is the base model without the ripples that were found above the band.
+    `base` is the base model without the ripples that were found above the band, and `above` the rms
+    of what it misses there.
     """
 
     search: AxisSearch
     base: FittedModel
     carried: Judged
+    above: float
 
 
 def _in_band(problem: AxisProblem) -> _Found:
@@ -199,7 +203,7 @@ def _in_band(problem: AxisProblem) -> _Found:
         if carried.unexplained or carried.suspected:
             found = _with_other_zero(problem, found, shift_of_zero(data, other, model, tolerance))
     base = start if start.template is template else fitted_base(data, template)
-    result = _axis_diagnosis(_Outcome(found, base, carried), known, recordings)
+    result = _axis_diagnosis(_Outcome(found, base, carried, content.missed), known, recordings)
     result_everywhere = with_band_content(result, content, template, tolerance)
     return _Found(result_everywhere, carried.validation, result.verdict)
 
@@ -234,6 +238,8 @@ def _axis_diagnosis(
     line = friction_line(data, selected.start, model, search.floor.rms)
     extended = replace(model_fit(data, model, deviations), effective=line)
     found, minor = _named(outcome, deviations, recordings)
+    seen = traces(data, base, model, contributions(data, model))
+    units = (template.position_unit, template.effort_unit)
     written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(
         verdict=outcome.carried.verdict(judged.verdict),
@@ -252,7 +258,10 @@ def _axis_diagnosis(
         model=written_model(template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
-        traces=traces(data, base, model, contributions(data, model)),
+        traces=seen,
+        budget=error_budget(
+            missed(data, base, search.floor, units, seen.contributions, outcome.above)
+        ),
         findings=with_unrecorded_axes(search.checks, recordings, data, model, search.floor),
     )
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.error_budget import ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Validation
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
@@ -167,6 +168,8 @@ class AxisDiagnosis:
         How it was determined, in words.
     model : AxisModel
         The extended model; the base model where there is no cause.
+    budget : ErrorBudget
+        Where the effort lies that the base model misses.
     cutoff_hz : float
         Bandwidth of the comparison.
     knee_hz : float
@@ -202,6 +205,7 @@ class AxisDiagnosis:
     noise_floor: float
     noise_floor_source: str
     model: AxisModel
+    budget: ErrorBudget
     cutoff_hz: float
     knee_hz: float
     traces: Traces = field(repr=False)
@@ -270,6 +274,11 @@ class Diagnosis(Readable):
     def understood(self) -> bool:
         """Whether no axis has structure left that no known effect explains."""
         return all(axis.verdict is not Verdict.UNEXPLAINED for axis in self.axes.values())
+
+    @property
+    def budget(self) -> Mapping[str, ErrorBudget]:
+        """Of each axis, where the effort lies that its base model misses."""
+        return {name: axis.budget for name, axis in self.axes.items()}
 
     @property
     def model(self) -> Model:

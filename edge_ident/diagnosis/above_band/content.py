@@ -20,7 +20,7 @@ from edge_ident.diagnosis.above_band.accounts import (
     least_squares,
     lines_over_time,
 )
-from edge_ident.diagnosis.above_band.full_bandwidth import WideSignals
+from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
 from edge_ident.diagnosis.above_band.halves import Half, crossed, recorded_shares
 from edge_ident.diagnosis.above_band.line_again import may_hold_order
 from edge_ident.diagnosis.above_band.moving_line import MovingLine, moving_line
@@ -45,6 +45,8 @@ _LESS: Final = 2.0
 _BETTER: Final = 1.25
 """Energy that the square of the speed explains, over that of a constant amplitude, from which it is
 the better law. On a sinusoidal motion it is 1.5 for an error of the encoder, 0.67 for a ripple."""
+_SEEN: Final = 0.5
+"""Weight from which the direction of a sample is known."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -64,6 +66,8 @@ class BandContent:
         Sinusoids in time.
     moving : tuple of MovingLine
         A sinusoid of moving frequency for each recording that holds one.
+    missed : float
+        Rms of the effort above the band that inertia, friction and white noise do not account for.
     """
 
     share_in_band: float
@@ -71,6 +75,7 @@ class BandContent:
     unnamed_orders: tuple[Sinusoid, ...]
     lines: tuple[Sinusoid, ...]
     moving: tuple[MovingLine, ...] = ()
+    missed: float = 0.0
 
     @property
     def without_cause(self) -> bool:
@@ -121,7 +126,20 @@ def above_band(
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
         moving=tuple(line for line in moving if line is not None),
+        missed=_missed(left, data.segments),
     )
+
+
+def _missed(left: Sequence[tuple[WideSignals, Array]], segments: Sequence[Segment]) -> float:
+    """Rms of the effort (N,) above the band, of each recording, beyond white noise."""
+    energy = samples = 0.0
+    for (wide, above), s in zip(left, segments, strict=True):
+        seen = above[wide.weight > _SEEN]
+        above_hz = max(WIDEST / wide.period_s - wide.cutoff_hz, 0.0)
+        white = s.effort_noise**2 / s.cutoff_hz * above_hz
+        energy += float(seen @ seen) - len(seen) * white
+        samples += len(seen)
+    return math.sqrt(max(energy, 0.0) / max(samples, 1.0))
 
 
 def _everywhere(

@@ -146,7 +146,7 @@ def _from_repetition(data: AxisData, start: FittedModel) -> NoiseFloor | None:
     columns = data.by_segment(start.jacobian[:, : len(PARAMETERS)])
     blocks = data.by_segment(data.block)
     for s, column, block in zip(data.segments, columns, blocks, strict=True):
-        lag = _kept_period(s)
+        lag = kept_period(s)
         if lag is None or not len(places := _paired(s, lag)):
             continue
         here = s.sample_index[places]
@@ -213,7 +213,7 @@ def _near(usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return widened(usable, int(np.median(np.diff(places))))
 
 
-def _kept_period(segment: Segment) -> int | None:
+def kept_period(segment: Segment) -> int | None:
     """The period of a motion, looked for once."""
     if _period not in segment.cache:
         segment.cache[_period] = _period(segment)

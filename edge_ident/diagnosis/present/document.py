@@ -50,6 +50,7 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
         "refused": [{"effect": r.effect, "reason": r.reason} for r in axis.refused],
         "outside_vibrations": [asdict(vibration) for vibration in axis.external_vibrations],
         "not_testable": [asdict(effect) for effect in axis.not_testable],
+        "budget": axis.budget.document(),
         "base": _fit(axis.base, axis.model),
         "extended": _fit(axis.extended, axis.model),
         "noise_floor": axis.noise_floor,

@@ -7,6 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from edge_ident.diagnosis.error_budget import budget_lines
 from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
@@ -35,6 +36,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     axis = diagnosis.axes[name]
     sentence = escape(wording.verdict_sentence(axis))
     yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
+    yield from budget_lines(axis.budget, "  ")
     yield from finding_lines(axis.findings)
     if axis.causes:
         yield _causes_table(axis)

@@ -1,0 +1,361 @@
+"""The error budget of an axis, from what its base model leaves.
+
+What is missed, r, is orthogonal to the base model's columns. So are the parts c_k of the curves and
+the rest e that add up to it, once the base is taken out of them. The share of a part is its product
+with r: ⟨c_k, r⟩ / ⟨r, r⟩. Shares add up to one, and what two parts have in common is split half and
+half. Of the rest, noise is what instruments and repetition say; what a later lap shows again
+repeats.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.budget.curves import (
+    HISTORY,
+    LOAD,
+    Curve,
+    Stretch,
+    curve_of,
+    kinds,
+    law_of,
+)
+from edge_ident.diagnosis.budget.selection import parts, select
+from edge_ident.diagnosis.budget.smoothing import Fit, Products, fitted
+from edge_ident.diagnosis.error_budget import (
+    ABOVE_BAND,
+    NOISE,
+    REPEATS,
+    UNREPEATED,
+    BudgetCurve,
+    BudgetEntry,
+    ErrorBudget,
+)
+from edge_ident.model.effects import named
+from edge_ident.support.words import spoken
+
+Array = NDArray[np.float64]
+
+ALIKE: Final = 0.9
+"""Concurvity: share of the mean square of a curve's effort that the curves over another quantity
+imitate, from which the motion does not tell the two apart."""
+_NORMAL_90: Final = 1.645
+_RIDGE: Final = 1e-6
+"""Share of an effort beyond the base model, below which the base model has it already."""
+_RANK: Final = 1e-7
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Missed:
+    """What the base model of an axis misses, at n compared samples.
+
+    Attributes
+    ----------
+    residual : (n,) array
+        Orthogonal to the base.
+    base : (n, P) array
+        Columns that the base model has.
+    effort : (n,) array
+        The whole.
+    block : (n,) array of int
+        Numbers of the blocks of time.
+    stretches : sequence of Stretch
+        The motion, recording by recording.
+    noise : float
+        Rms that noise alone leaves.
+    above : float
+        Rms of what is missed above the band.
+    laws : mapping of effect to (n,) array
+        What the effects of a diagnosis contribute.
+    turning : bool
+        Whether the axis turns.
+    units : (str, str)
+        Of position and effort.
+    cutoff_hz : float
+    """
+
+    residual: Array
+    base: Array
+    effort: Array
+    block: NDArray[np.intp]
+    stretches: Sequence[Stretch]
+    noise: float
+    above: float
+    laws: Mapping[str, Array]
+    turning: bool
+    units: tuple[str, str]
+    cutoff_hz: float
+
+
+def error_budget(missed: Missed) -> ErrorBudget:
+    """Say where the effort lies that a base model misses.
+
+    Parameters
+    ----------
+    missed : Missed
+
+    Returns
+    -------
+    ErrorBudget
+    """
+    scale = max(float(np.sqrt(np.mean(missed.residual**2))), _TINY)
+    curves = [
+        found
+        for kind in kinds(missed.stretches, missed.turning)
+        if (found := curve_of(kind, missed.stretches))
+    ]
+    ways = parts(missed.block, _coordinates(missed))
+    signal = missed.residual / scale
+    base = _independent(missed.base)
+    products = Products.of(base, [c.columns for c in curves], signal, ways)
+    if laws := _unlike(missed, products):
+        curves += [law_of(_place(name), name, part) for name, part in laws.items()]
+        products = Products.of(base, [c.columns for c in curves], signal, ways)
+    enough = min((missed.noise / scale) ** 2, 1.0)
+    model = select(products, curves, missed.block, enough)
+    return _Account(missed, curves, model, scale).budget
+
+
+def _independent(base: Array) -> Array:
+    """Orthogonal columns that span those of the base: along a motion of one direction, direction
+    and offset are the same."""
+    length = np.maximum(np.sqrt(np.mean(base**2, axis=0)), _TINY)
+    left, singular, _ = np.linalg.svd(base / length, full_matrices=False)
+    return np.asarray(left[:, singular > _RANK * singular[0]])
+
+
+def _coordinates(missed: Missed) -> list[Array]:
+    """Position, speed and acceleration at the compared samples."""
+    names = ("position", "velocity", "acceleration")
+    position, velocity, acceleration = (
+        np.concatenate([getattr(s.motion, name)[s.at] for s in missed.stretches]) for name in names
+    )
+    return [position, np.abs(velocity), acceleration]
+
+
+def _place(effect: str) -> str:
+    """Where an effect is in a budget whose effort is along no curve."""
+    law = named(effect)
+    if law.memory_size or law.effort_delay:
+        return HISTORY
+    return LOAD if law.overrides("withheld") else spoken(effect)
+
+
+def _unlike(missed: Missed, products: Products) -> dict[str, Array]:
+    """Contributions of the effects that no curve imitates."""
+    return {
+        name: part
+        for name, part in missed.laws.items()
+        if max((imitated(products, part, k) for k in range(len(products.places))), default=0.0)
+        < ALIKE
+    }
+
+
+def imitated(products: Products, part: Array, curve: int) -> float:
+    """Concurvity: share of the mean square of a part (n,) that a curve imitates beside the base, in
+    stretches of time to which it was not fitted."""
+    scale = max(float(np.sqrt(np.mean(part**2))), _TINY)
+    of_part = products.with_signal(part / scale)
+    alone, beside = (
+        float(np.mean(fitted(of_part, curves).held_out(1)[0] ** 2)) for curves in ((), (curve,))
+    )
+    return 1.0 - beside / alone if alone > _RIDGE else 0.0
+
+
+@dataclass(frozen=True)
+class _Account:
+    """What a fit with curves says of what is missed."""
+
+    missed: Missed
+    curves: Sequence[Curve]
+    model: Fit
+    scale: float
+
+    @property
+    def budget(self) -> ErrorBudget:
+        """The whole."""
+        missed = self.missed
+        whole = float(np.mean(missed.residual**2)) + missed.above**2
+        entries = [self._entry(group, whole) for group in self._groups()]
+        entries = sorted(entries, key=lambda entry: -entry.share)
+        effort = max(float(np.sqrt(np.mean(missed.effort**2))), _TINY)
+        return ErrorBudget(
+            entries=(*entries, *self._rest(whole)),
+            missed=float(np.sqrt(whole)),
+            share_of_effort=float(np.sqrt(whole)) / effort,
+            cutoff_hz=missed.cutoff_hz,
+            unit=missed.units[1],
+        )
+
+    def _part(self, k: int) -> Array:
+        """What a curve accounts for beyond the base, (n,)."""
+        effort = self.scale * self.model.effort(k)
+        base = self.model.products.values[:, : self.model.products.base]
+        return np.asarray(effort - base @ np.linalg.lstsq(base, effort, rcond=None)[0])
+
+    def _groups(self) -> list[tuple[list[int], tuple[str, ...]]]:
+        """Curves that stand together, and all quantities that would do for each group.
+
+        Together stand curves over the same, those that imitate each other, and those that oppose
+        each other so much that one would have a negative share.
+        """
+        groups: list[tuple[list[int], tuple[str, ...]]] = []
+        for k in self.model.curves:
+            groups = _joined(groups, [k], self._alike(k), self._wheres)
+        while len(groups) > 1:
+            parts = [sum(self._part(k) for k in members) for members, _ in groups]
+            shares = [float(np.mean(part * self.missed.residual)) for part in parts]
+            least = int(np.argmin(shares))
+            if shares[least] >= 0.0:
+                break
+            opposed = [float(np.mean(parts[least] * part)) for part in parts]
+            (one, alike), (other, others) = groups[least], groups[int(np.argmin(opposed))]
+            rest = [g for g in groups if g[0] not in (one, other)]
+            groups = [*rest, ([*other, *one], tuple(dict.fromkeys((*others, *alike))))]
+        return groups
+
+    def _wheres(self, members: Sequence[int]) -> set[str]:
+        return {self.curves[j].kind.where for j in members}
+
+    def _alike(self, k: int) -> tuple[str, ...]:
+        """The quantities whose curves imitate what a curve accounts for."""
+        part, own = self._part(k), self.curves[k].kind.where
+        found = [own]
+        for j, curve in enumerate(self.curves):
+            where = curve.kind.where
+            if where not in found and imitated(self.model.products, part, j) > ALIKE:
+                found.append(where)
+        return tuple(found)
+
+    def _entry(self, group: tuple[list[int], tuple[str, ...]], whole: float) -> BudgetEntry:
+        """The entry of curves that stand together."""
+        members, wheres = group
+        ordered = sorted(members, key=lambda k: -float(np.mean(self._part(k) ** 2)))
+        where = self.curves[ordered[0]].kind.where
+        part = np.sum([self._part(k) for k in members], axis=0)
+        share, interval = self._share(part, whole)
+        shown = [self._curve(k) for k in ordered if len(self.curves[k].points)]
+        return BudgetEntry(
+            where=where,
+            share=share,
+            interval=interval,
+            effort=float(np.sqrt(abs(share) * whole)),
+            curves=tuple(shown),
+            named=self._named(members),
+            together_with=tuple(w for w in wheres if w != where),
+        )
+
+    def _named(self, members: Sequence[int]) -> tuple[str, ...]:
+        """Effects of the diagnosis whose contribution the curves of an entry are."""
+        return tuple(
+            name
+            for name, effort in self.missed.laws.items()
+            if max(imitated(self.model.products, effort, k) for k in members) > ALIKE
+        )
+
+    def _share(self, part: Array, whole: float) -> tuple[float, tuple[float, float]]:
+        """Share of what is missed, and its 90 % interval over blocks of time."""
+        n, block = len(part), self.missed.block
+        here = np.unique(block)
+        products = np.bincount(block, part * self.missed.residual)[here]
+        above = self.missed.above**2 * np.bincount(block)[here]
+        wholes = np.bincount(block, self.missed.residual**2)[here] + above
+        share = float(np.sum(products)) / (n * whole)
+        spread = products - share * wholes
+        std = float(np.sqrt(np.sum(spread**2) * len(here) / max(len(here) - 1, 1))) / (n * whole)
+        return share, (share - _NORMAL_90 * std, share + _NORMAL_90 * std)
+
+    def _curve(self, k: int) -> BudgetCurve:
+        """A curve with its band, beyond the base model."""
+        curve, place = self.curves[k], self.model.place(k)
+        scaled = self.scale / self.model.products.scale[self.model.products.places[k]]
+        shown = curve.shown * scaled
+        values = shown @ self.model.coefficients[place]
+        covariance = self.model.covariance[place, place] * self._colour(k)
+        std = np.sqrt(np.maximum(np.einsum("pm,mk,pk->p", shown, covariance, shown), 0.0))
+        position, effort = self.missed.units
+        kind = curve.kind
+        return BudgetCurve(
+            what=kind.what,
+            over=kind.over_what,
+            coordinate=curve.points,
+            values=values,
+            low=values - _NORMAL_90 * std,
+            high=values + _NORMAL_90 * std,
+            unit=kind.of.format(position=position, effort=effort),
+            coordinate_unit=kind.unit.format(position=position, effort=effort),
+        )
+
+    def _colour(self, k: int) -> float:
+        """By how much what is left, which is not white, widens the covariance of a curve: from the
+        scores of the blocks of time."""
+        products, place = self.model.products, self.model.place(k)
+        left = products.signal - self.model.predicted
+        values = products.values[:, products.places[k]]
+        base = products.values[:, : products.base]
+        values = values - base @ np.linalg.lstsq(base, values, rcond=None)[0]
+        block = self.missed.block - np.min(self.missed.block)
+        scores = np.zeros((int(np.max(block)) + 1, values.shape[1]))
+        np.add.at(scores, block, values * left[:, None])
+        covariance = self.model.covariance[place, place]
+        white = self.model.noise * float(np.sum(covariance * (values.T @ values)))
+        return max(float(np.sum(covariance * (scores.T @ scores))) / max(white, _TINY), 1.0)
+
+    def _rest(self, whole: float) -> Iterator[BudgetEntry]:
+        """Above the band, along no curve, and noise."""
+        parts = [self._part(k) for k in self.model.curves]
+        left = self.missed.residual - np.sum(parts, axis=0) if parts else self.missed.residual
+        share, (_, high) = self._share(left, whole)
+        noise = min(self.missed.noise**2 / whole, max(share, 0.0))
+        again = min(share * repeated(left, self.missed.stretches), share - noise)
+        off = high - share
+        for where, one in (
+            (ABOVE_BAND, self.missed.above**2 / whole),
+            (REPEATS, again),
+            (UNREPEATED, share - noise - again),
+            (NOISE, noise),
+        ):
+            spread = off if where in (REPEATS, UNREPEATED) else 0.0
+            if one or where == NOISE:
+                effort = float(np.sqrt(max(one, 0.0) * whole))
+                yield BudgetEntry(where, one, (max(one - spread, 0.0), one + spread), effort)
+
+
+def _joined(
+    groups: list[tuple[list[int], tuple[str, ...]]],
+    members: list[int],
+    alike: tuple[str, ...],
+    wheres: Callable[[Sequence[int]], set[str]],
+) -> list[tuple[list[int], tuple[str, ...]]]:
+    """Groups with one more, joined with those whose curves are over one of the same quantities."""
+    others = [g for g in groups if wheres(g[0]) & set(alike) or wheres(members) & set(g[1])]
+    rest = [g for g in groups if g not in others]
+    together = [*(k for g in others for k in g[0]), *members]
+    quantities = dict.fromkeys(w for g in (*others, (members, alike)) for w in g[1])
+    return [*rest, (together, tuple(quantities))]
+
+
+def repeated(left: Array, stretches: Sequence[Stretch]) -> float:
+    """Share of a rest (n,), beyond noise, that a later lap shows again; 0 where none is repeated.
+
+    From the product of samples one lap apart.
+    """
+    both = alone = 0.0
+    first = 0
+    for s in stretches:
+        here = left[first : first + len(s.at)]
+        first += len(s.at)
+        if s.lap is None or len(here) < 2:
+            continue
+        step = float(np.median(np.diff(s.at)))
+        later = s.at + s.lap
+        after = np.clip(np.searchsorted(s.at, later), 1, len(s.at) - 1)
+        near = (s.at[after] - s.at[after - 1] <= 1.5 * step) & (later <= s.at[-1])
+        again = np.interp(later, s.at, here)
+        both += float(np.sum((here * again)[near]))
+        alone += float(np.sum(0.5 * (here**2 + again**2)[near]))
+    return float(np.clip(both / alone, 0.0, 1.0)) if alone > 0.0 else 0.0

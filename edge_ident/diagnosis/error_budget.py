@@ -1,0 +1,211 @@
+"""The error budget of an axis: where the effort lies that the base model misses.
+
+Its entries add up to the mean square of what is missed. Two that overlap share what they have in
+common half and half: each entry's share is its product with all that is missed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.support.readable import Readable
+from edge_ident.support.words import listed, spoken
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+Array = NDArray[np.float64]
+
+ABOVE_BAND: Final = "above the band"
+REPEATS: Final = "repeats, along no curve"
+UNREPEATED: Final = "does not repeat"
+NOISE: Final = "noise"
+
+
+@dataclass(frozen=True)
+class BudgetCurve:
+    """What the base model misses as a curve over one quantity.
+
+    Attributes
+    ----------
+    what : str
+        What it is a curve of, such as friction.
+    over : str
+        The quantity.
+    coordinate : (P,) array
+        Over the range that the recordings visit.
+    values, low, high : (P,) arrays
+        The curve beyond the base model, and its 90 % band.
+    unit, coordinate_unit : str
+    """
+
+    what: str
+    over: str
+    coordinate: Array
+    values: Array
+    low: Array
+    high: Array
+    unit: str
+    coordinate_unit: str
+
+    def document(self) -> dict[str, Any]:
+        """For scripts."""
+        return {
+            "of": self.what,
+            "over": self.over,
+            "coordinate": {
+                "values": self.coordinate.tolist(),
+                "unit": self.coordinate_unit,
+                "range": [float(self.coordinate[0]), float(self.coordinate[-1])],
+            },
+            "values": self.values.tolist(),
+            "band": {"low": self.low.tolist(), "high": self.high.tolist(), "coverage": 0.9},
+            "unit": self.unit,
+        }
+
+    def __str__(self) -> str:
+        low, high = float(np.min(self.values)), float(np.max(self.values))
+        unit = self.unit.replace("*", "·")
+        return f"{self.what} {low:+.2g} to {high:+.2g} {unit}".replace("-", "\N{MINUS SIGN}")
+
+
+@dataclass(frozen=True)
+class BudgetEntry:
+    """One place where effort is missed.
+
+    Attributes
+    ----------
+    where : str
+    share : float
+        Of the mean square of all that is missed.
+    interval : (float, float)
+        Of the share, 90 %.
+    effort : float
+        Rms of an effort with this mean square.
+    curves : tuple of BudgetCurve
+    named : tuple of str
+        Effects of the diagnosis that are this.
+    together_with : tuple of str
+        Quantities from which the motion does not tell it.
+    """
+
+    where: str
+    share: float
+    interval: tuple[float, float]
+    effort: float
+    curves: tuple[BudgetCurve, ...] = ()
+    named: tuple[str, ...] = ()
+    together_with: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Where, with the quantities that the motion does not tell it from."""
+        return " or ".join((self.where, *self.together_with))
+
+    @property
+    def remark(self) -> str:
+        """Curves, and the effects that they are."""
+        curves = ", ".join(map(str, self.curves))
+        effects = f"named: {listed(spoken(name) for name in self.named)}" if self.named else ""
+        return "; ".join(filter(None, (curves, effects)))
+
+
+@dataclass(frozen=True, repr=False)
+class ErrorBudget(Readable):
+    """Where the effort lies that the base model of an axis misses.
+
+    Attributes
+    ----------
+    entries : tuple of BudgetEntry
+        The largest first; last what lies above the band, what follows no curve, and noise.
+    missed : float
+        Rms of the effort that the base model misses.
+    share_of_effort : float
+        The same over the rms effort.
+    cutoff_hz : float
+        Up to which motion and effort are compared.
+    unit : str
+        Of the effort.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> budget = edge_ident.diagnose([edge_ident.simulate()]).budget["x"]
+    >>> round(sum(entry.share for entry in budget.entries), 6)
+    1.0
+    """
+
+    entries: tuple[BudgetEntry, ...]
+    missed: float
+    share_of_effort: float
+    cutoff_hz: float
+    unit: str
+
+    @property
+    def along_curves(self) -> float:
+        """Share of what is missed that curves account for."""
+        return float(sum(entry.share for entry in self.entries if entry.curves))
+
+    def share(self, where: str) -> float:
+        """Share of what is missed at one place, alone or with what is not told from it; 0 where
+        there is none."""
+        found = (e for e in self.entries if where in (e.where, *e.together_with))
+        return float(sum(entry.share for entry in found))
+
+    def table(self) -> list[tuple[str, str, str, str]]:
+        """Rows of where, share, rms effort, and curves with the effects that they are."""
+        unit = self.unit.replace("*", "·")
+        return [
+            (e.label, f"{100.0 * e.share:.0f} %", f"{e.effort:.2g} {unit}", e.remark)
+            for e in self.entries
+        ]
+
+    @property
+    def sentence(self) -> str:
+        """What is missed, in one line."""
+        unit = self.unit.replace("*", "·")
+        return (
+            f"the base model misses {self.missed:.3g} {unit} rms, "
+            f"{100.0 * self.share_of_effort:.2g} % of the effort"
+        )
+
+    def document(self) -> list[dict[str, Any]]:
+        """For scripts."""
+        return [
+            {
+                "where": entry.where,
+                "share": entry.share,
+                "interval": list(entry.interval),
+                "effort": {"rms": entry.effort, "unit": self.unit},
+                "named": list(entry.named),
+                "together_with": list(entry.together_with),
+                "curves": [curve.document() for curve in entry.curves],
+            }
+            for entry in self.entries
+        ]
+
+    def __rich__(self) -> "RenderableType":
+        from rich.console import Group
+
+        return Group(*budget_lines(self))
+
+
+def budget_lines(budget: ErrorBudget, title: str = "") -> Iterator["RenderableType"]:
+    """A budget as rich shows it: one sentence, and its table."""
+    from rich.markup import escape
+    from rich.text import Text
+
+    from edge_ident.support.tables import plain_table
+
+    yield Text(title + budget.sentence)
+    table = plain_table()
+    table.add_column("of this, along")
+    table.add_column("share", justify="right")
+    table.add_column("effort rms", justify="right")
+    table.add_column("curve beyond the base model")
+    for row in budget.table():
+        table.add_row(*map(escape, row))
+    yield table
