@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.budget.account import error_budget
+from edge_ident.diagnosis.budget.prepared import missed
 from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.candidates import base_regressor, candidates, grid, regressors
 from edge_ident.diagnosis.fit.candidates import term as term_of
@@ -134,6 +136,7 @@ def diagnosed(recording: Recording, cause: str, *alternatives: str) -> Diagnosis
         noise_floor=floor.rms / rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=replace(start.axis, terms=known),
+        budget=error_budget(missed(data, start, floor, ("rad", "N*m"), {})),
         cutoff_hz=data.segments[0].cutoff_hz,
         knee_hz=data.segments[0].band.knee_hz,
         traces=traces(data, start, start, []),

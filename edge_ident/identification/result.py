@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
 
+    from edge_ident.diagnosis.error_budget import ErrorBudget
     from edge_ident.diagnosis.result import AxisDiagnosis
     from edge_ident.support.rows import Table
 
@@ -127,6 +128,11 @@ class AxisIdentification:
     findings: tuple[Finding, ...]
     end_s: float
     trace: EffortTrace = field(repr=False)
+
+    @property
+    def budget(self) -> "ErrorBudget | None":
+        """Where the effort lies that the base model misses; None where that was not asked."""
+        return None if self.diagnosis is None else self.diagnosis.budget
 
     @property
     def compensated_effects(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from edge_ident.diagnosis.error_budget import budget_lines
 from edge_ident.diagnosis.present.wording import verdict_sentence
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
@@ -39,11 +40,19 @@ def identification_answer(
     parts: list[RenderableType] = [
         *trust_lines(found),
         *model_lines(found),
+        *_budgets(found),
         *next_lines(identification_steps(found) or [without_findings]),
         parameter_table(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
     rest = [identification_view(found)] if details else identification_remarks(found)
     return Group(*parts, *rest)
+
+
+def _budgets(found: Identification) -> Iterator["RenderableType"]:
+    """Where the effort lies that the base model misses, of axes that were diagnosed."""
+    for name, axis in found.axes.items():
+        if axis.budget is not None:
+            yield from budget_lines(axis.budget, f"axis {name}: ")
 
 
 def identification_remarks(found: Identification) -> Iterator[Text]:

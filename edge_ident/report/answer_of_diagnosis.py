@@ -6,6 +6,7 @@ from typing import Final
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from edge_ident.diagnosis.error_budget import budget_lines
 from edge_ident.diagnosis.present.tables import diagnosis_view
 from edge_ident.diagnosis.present.wording import only_elsewhere, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
@@ -36,7 +37,9 @@ def diagnosis_answer(found: Diagnosis, *, details: bool = False) -> Group:
         Evidence, alternatives, both models and what could not be tested, below.
     """
     steps = distinct(step for name in found.axes for step in _steps(name, found))
-    parts: list[RenderableType] = [_verdict(name, axis) for name, axis in found.axes.items()]
+    parts: list[RenderableType] = []
+    for name, axis in found.axes.items():
+        parts += [_verdict(name, axis), *([] if details else budget_lines(axis.budget, "  "))]
     parts += [*_forbidden(found), *_validated(found)]
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
     parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model, lines)]

@@ -45,6 +45,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),
         "base": _base(axis),
         "diagnosis": _short_diagnosis(axis.diagnosis),
+        "budget": None if axis.budget is None else axis.budget.document(),
         "adequacy": {
             "adequate": axis.adequacy.adequate,
             "reason": axis.adequacy.reason,

@@ -184,24 +184,24 @@ SPEED, BY_DIRECTION, POSITION, LOAD, TIME, HISTORY = (
 )  # fmt: skip
 
 OF_AXIS: Final = (
-    Kind(SPEED, "friction", "{position}/s", "{effort}", _speed, _direction, 9, root=True,
+    Kind(SPEED, "friction", "{position}/s", "{effort}", _speed, _direction, 16, root=True,
          own=(_constant, _straight), coordinate="speed"),
-    Kind(BY_DIRECTION, "difference of directions", "{position}/s", "{effort}", _speed, _one, 9,
+    Kind(BY_DIRECTION, "difference of directions", "{position}/s", "{effort}", _speed, _one, 16,
          root=True, own=(_constant,), coordinate="speed"),
-    Kind(POSITION, "load", "{position}", "{effort}", _position, _one, 16, own=(_constant,)),
-    Kind(POSITION, "friction", "{position}", "{effort}", _position, _direction, 12,
+    Kind(POSITION, "load", "{position}", "{effort}", _position, _one, 24, own=(_constant,)),
+    Kind(POSITION, "friction", "{position}", "{effort}", _position, _direction, 20,
          own=(_constant,)),
-    Kind(POSITION, "inertia", "{position}", "{effort}*s^2/{position}", _position, _acceleration, 7,
+    Kind(POSITION, "inertia", "{position}", "{effort}*s^2/{position}", _position, _acceleration, 10,
          own=(_constant,)),
-    Kind(LOAD, "load", "{position}/s^2", "{effort}", _pull, _pulls, 7, own=(_straight,)),
-    Kind(LOAD, "friction", "{position}/s^2", "{effort}", _pull, _direction, 7, own=(_constant,)),
-    Kind(TIME, "load", "s", "{effort}", _time, _one, 10, own=(_constant,)),
-    Kind(TIME, "friction", "s", "{effort}", _time, _direction, 10, own=(_constant,)),
-    Kind(TIME, "viscous friction", "s", "{effort}*s/{position}", _time, _velocity, 10,
+    Kind(LOAD, "load", "{position}/s^2", "{effort}", _pull, _pulls, 10, own=(_straight,)),
+    Kind(LOAD, "friction", "{position}/s^2", "{effort}", _pull, _direction, 10, own=(_constant,)),
+    Kind(TIME, "load", "s", "{effort}", _time, _one, 14, own=(_constant,)),
+    Kind(TIME, "friction", "s", "{effort}", _time, _direction, 14, own=(_constant,)),
+    Kind(TIME, "viscous friction", "s", "{effort}*s/{position}", _time, _velocity, 14,
          own=(_constant,)),
-    Kind(TIME, "inertia", "s", "{effort}*s^2/{position}", _time, _acceleration, 10,
+    Kind(TIME, "inertia", "s", "{effort}*s^2/{position}", _time, _acceleration, 14,
          own=(_constant,)),
-    Kind(HISTORY, "friction", "{position}", "{effort}", _since_reversal, _direction, 8, root=True,
+    Kind(HISTORY, "friction", "{position}", "{effort}", _since_reversal, _direction, 10, root=True,
          own=(_constant,), coordinate="distance since the axis turned back"),
     Kind(HISTORY, "lag of the inertia", "{position}/s^2", "{effort}*s^3/{position}",
          _pull, _jerk, 5, coordinate="acceleration"),
@@ -236,7 +236,7 @@ def _of_other(name: str) -> Iterator[Kind]:
         return motion.partner.acceleration
 
     where, over, unit = f"axis {name}", f"position of axis {name}", "{effort}*s^2/{position}"
-    yield Kind(where, "load", "{position}", "{effort}", position, _one, 10, own=(_constant,),
+    yield Kind(where, "load", "{position}", "{effort}", position, _one, 16, own=(_constant,),
                coordinate=over)  # fmt: skip
     yield Kind(where, "inertia", "{position}", unit, position, _acceleration, 7, own=(_constant,),
                coordinate=over)  # fmt: skip
@@ -248,9 +248,8 @@ def curve_of(kind: Kind, stretches: Sequence[Stretch]) -> Curve | None:
     motions = _motions(kind, stretches)
     coordinates = [kind.over(motion) for motion in motions]
     at = np.concatenate([x[s.at] for x, s in zip(coordinates, stretches, strict=True)])
-    low, high = (0.0, _TURN) if kind.turns else np.quantile(at, [_OUTSIDE, 1.0 - _OUTSIDE])
-    if kind.root:
-        low = 0.0
+    lowest, high = (0.0, _TURN) if kind.turns else np.quantile(at, [_OUTSIDE, 1.0 - _OUTSIDE])
+    low = 0.0 if kind.root else lowest
     if not high - low > _LEAST * max(abs(low), abs(high)):
         return None
     spline = _Spline(float(low), float(high), kind.knots, kind.root, kind.turns)
@@ -259,7 +258,7 @@ def curve_of(kind: Kind, stretches: Sequence[Stretch]) -> Curve | None:
         for x, m, s in zip(coordinates, motions, stretches, strict=True)
     ]
     columns = Columns(np.concatenate(values), spline.penalty)
-    visited = spline.points if kind.turns else spline.points[spline.points >= np.min(at)]
+    visited = spline.points[spline.points >= lowest]
     return Curve(kind, columns, visited, _beyond_base(kind, spline, at, visited))
 
 

@@ -8,6 +8,7 @@ from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
+from edge_ident.report.page.budget_charts import BudgetPicture, budget_picture
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.page.cause_list import Bar, cause_bars, other_remarks
 from edge_ident.report.page.chart import Chart
@@ -30,6 +31,7 @@ class AxisDetails:
         Prefix of ids, unique in the page.
     name : str
         Of the axis.
+    budget : BudgetPicture
     bars : list of Bar
     remarks : list of str
     cause_charts : list of Chart
@@ -47,6 +49,7 @@ class AxisDetails:
 
     key: str
     name: str
+    budget: BudgetPicture
     bars: list[Bar]
     remarks: list[str]
     cause_charts: list[Chart]
@@ -79,6 +82,7 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
     return AxisDetails(
         key=key,
         name=name,
+        budget=budget_picture(f"{key}-budget", axis.budget),
         bars=cause_bars(axis),
         remarks=other_remarks(axis),
         cause_charts=[

@@ -27,9 +27,9 @@ class Layer:
 
     Attributes
     ----------
-    kind : {"line", "dots", "marks", "band", "bound"}
-        `marks` is a line with a mark at each point; `band` is shaded between y[0] and y[1]; `bound`
-        is a vertical line at x[0].
+    kind : {"line", "dots", "marks", "band", "area", "bound"}
+        `marks` is a line with a mark at each point; `band` is shaded between y[0] and y[1], `area`
+        inside a closed line; `bound` is a vertical line at x[0].
     style : str
         Class of the style sheet.
     x, y : (N,) arrays
@@ -38,7 +38,7 @@ class Layer:
         In the legend; empty for none.
     """
 
-    kind: Literal["line", "dots", "marks", "band", "bound"]
+    kind: Literal["line", "dots", "marks", "band", "area", "bound"]
     style: str
     x: Array
     y: Array

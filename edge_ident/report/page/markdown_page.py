@@ -80,6 +80,9 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
         f"{_sentence(wording.timing_sentence(axis.timing))}"
     )
     yield ""
+    yield _plain(_sentence(axis.budget.sentence))
+    yield ""
+    yield from _table(("along", "share", "effort rms", "curve"), axis.budget.table())
     if axis.causes:
         yield from _causes(axis)
     yield from _refused(axis)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, Traces, Validation
 from edge_ident.diagnosis.result import (
     Alternative,
@@ -23,6 +24,22 @@ PERIOD_S = 0.0025
 TRUTH = np.array([0.5, 0.8, 1.2, 0.1])
 BIASED = np.array([0.42, 0.95, 1.1, 0.13])
 STD = np.array([0.01, 0.005, 0.008, 0.004])
+_ALONG = np.linspace(0.0, 2.0, 41)
+_RIPPLE = 0.1 * np.sin(6.98 * _ALONG)
+_BAND = (_RIPPLE - 0.01, _RIPPLE + 0.01)
+BUDGET = ErrorBudget(
+    (
+        BudgetEntry(
+            "position", 0.9, (0.85, 0.95), 0.07,
+            (
+                BudgetCurve("load", "position", _ALONG, _RIPPLE, *_BAND, "N*m", "rad"),
+            ),
+            ("torque_ripple",), ("turn",),
+        ),
+        BudgetEntry(NOISE, 0.1, (0.1, 0.1), 0.02),
+    ),
+    0.074, 0.05, 6.5, "N*m",
+)  # fmt: skip
 RIPPLE = Term(
     "torque_ripple",
     {"cosine": 0.2, "sine": -0.1, "period": 0.9},
@@ -96,6 +113,7 @@ def axis(verdict: Verdict, *causes: Cause, samples: int = 4000) -> AxisDiagnosis
         noise_floor=0.9 * after.relative_residual,
         noise_floor_source="from the motion's repetition",
         model=model,
+        budget=BUDGET,
         cutoff_hz=6.5,
         knee_hz=3.1,
         traces=seen,
