@@ -46,6 +46,8 @@ _NORMAL_90: Final = 1.645
 _RIDGE: Final = 1e-6
 """Share of an effort beyond the base model, below which the base model has it already."""
 _RANK: Final = 1e-7
+_SMOOTHED: Final = 20
+"""Parts of a spectrum over one of which its power is averaged to either side."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -291,19 +293,22 @@ class _Account:
         )
 
     def _colour(self, k: int) -> float:
-        """By how much what is left, which is not white, widens the covariance of a curve: from the
-        scores of the blocks of time."""
+        """By how much what is left, which is not white, widens the covariance of a curve.
+
+        Its power where the curve's columns have theirs, over its mean power.
+        """
         products, place = self.model.products, self.model.place(k)
         left = products.signal - self.model.predicted
-        values = products.values[:, products.places[k]]
-        base = products.values[:, : products.base]
-        values = values - base @ np.linalg.lstsq(base, values, rcond=None)[0]
-        block = self.missed.block - np.min(self.missed.block)
-        scores = np.zeros((int(np.max(block)) + 1, values.shape[1]))
-        np.add.at(scores, block, values * left[:, None])
-        covariance = self.model.covariance[place, place]
-        white = self.model.noise * float(np.sum(covariance * (values.T @ values)))
-        return max(float(np.sum(covariance * (scores.T @ scores))) / max(white, _TINY), 1.0)
+        root = np.linalg.cholesky(self.model.covariance[place, place])
+        directions = products.values[:, products.places[k]] @ root
+        seen = np.sum(np.abs(np.fft.rfft(directions, axis=0)) ** 2, axis=1)
+        power = np.abs(np.fft.rfft(left)) ** 2
+        width = max(len(power) // _SMOOTHED, 1)
+        window = np.ones(2 * width + 1)
+        count = np.convolve(np.ones_like(power), window, "same")
+        smooth = np.convolve(power, window, "same") / count
+        white = float(np.sum(seen)) * float(np.mean(power))
+        return max(float(np.sum(seen * smooth)) / max(white, _TINY), 1.0)
 
     def _rest(self, whole: float) -> Iterator[BudgetEntry]:
         """Above the band, along no curve, and noise."""

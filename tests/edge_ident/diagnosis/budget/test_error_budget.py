@@ -85,11 +85,6 @@ def test_what_is_hidden_is_found_where_it_acts(hidden: tuple[str, ...]) -> None:
     assert sum(budget.share(where) for where in HIDDEN[hidden]) > 0.8, str(budget)
 
 
-def test_two_effects_each_have_their_own_place() -> None:
-    budget = hidden_in_plants()["asymmetric_friction", "position_dependent_friction"]
-    assert min(budget.share("speed, by direction"), budget.share("position")) > 0.05, str(budget)
-
-
 def test_nothing_hidden_has_no_curve() -> None:
     assert not [entry for entry in hidden_in_plants()[()].entries if entry.curves]
 
@@ -166,8 +161,18 @@ def test_the_curve_is_the_hidden_law(law: Law) -> None:
     assert np.max(apart(entry.curves[0], truth, degree)) < 3.0
 
 
+def test_two_laws_each_have_their_own_curve() -> None:
+    budget = budget_of(written(lambda *along: stribeck(*along) + hump(*along)))
+    found = {entry.where: entry for entry in budget.entries if entry.curves}
+    assert set(found) == {LAWS[stribeck][0], LAWS[hump][0]}, str(budget)
+    for law in (stribeck, hump):
+        where, truth, degree = LAWS[law]
+        assert found[where].share > 0.3, str(budget)
+        assert np.max(apart(found[where].curves[0], truth, degree)) < 3.0
+
+
 def test_bands_hold_the_hidden_laws() -> None:
-    """90 % are asked for; 0.85 were measured over six seeds and three sizes of noise."""
+    """90 % are asked for; 0.88 were measured over six seeds and three sizes of noise."""
     inside = [
         np.mean(apart(budget_of(written(law)).entries[0].curves[0], truth, degree) < 1.0)
         for law, (_, truth, degree) in LAWS.items()
