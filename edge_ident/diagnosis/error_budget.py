@@ -155,8 +155,28 @@ class ErrorBudget(Readable):
         found = (e for e in self.entries if where in (e.where, *e.together_with))
         return float(sum(entry.share for entry in found))
 
-    def table(self) -> list[tuple[str, str, str, str]]:
-        """Rows of where, share, rms effort, and curves with the effects that they are."""
+    def table(self) -> dict[str, list[Any]]:
+        """One row for each entry.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        return {
+            "where": [e.where for e in self.entries],
+            "share": [e.share for e in self.entries],
+            "share_low": [e.interval[0] for e in self.entries],
+            "share_high": [e.interval[1] for e in self.entries],
+            "effort_rms": [e.effort for e in self.entries],
+            "unit": [self.unit] * len(self.entries),
+            "named": [", ".join(e.named) for e in self.entries],
+            "together_with": [", ".join(e.together_with) for e in self.entries],
+        }
+
+    @property
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """Where, share, rms effort, and curves with the effects that they are, as text."""
         unit = self.unit.replace("*", "·")
         return [
             (e.label, f"{100.0 * e.share:.0f} %", f"{e.effort:.2g} {unit}", e.remark)
@@ -206,6 +226,6 @@ def budget_lines(budget: ErrorBudget, title: str = "") -> Iterator["RenderableTy
     table.add_column("share", justify="right")
     table.add_column("effort rms", justify="right")
     table.add_column("curve beyond the base model")
-    for row in budget.table():
+    for row in budget.rows:
         table.add_row(*map(escape, row))
     yield table

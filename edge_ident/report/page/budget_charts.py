@@ -40,7 +40,7 @@ def budget_picture(key: str, budget: ErrorBudget) -> BudgetPicture:
         table=Table(
             "Where this error lies (shares add up to 100 %)",
             ("along", "share", "effort, rms", "beyond the simple model"),
-            list(budget.table()),
+            list(budget.rows),
         ),
         charts=[
             _chart(f"{key}-{number}", entry, curve) for number, (entry, curve) in enumerate(pairs)

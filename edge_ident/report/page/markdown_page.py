@@ -82,7 +82,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     yield ""
     yield _plain(_sentence(axis.budget.sentence))
     yield ""
-    yield from _table(("along", "share", "effort rms", "curve"), axis.budget.table())
+    yield from _table(("along", "share", "effort rms", "curve"), axis.budget.rows)
     if axis.causes:
         yield from _causes(axis)
     yield from _refused(axis)

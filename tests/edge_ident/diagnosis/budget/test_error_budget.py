@@ -223,7 +223,8 @@ def test_what_repeats_from_lap_to_lap_is_told_from_what_does_not() -> None:
 
 def test_a_budget_is_a_table_and_a_document() -> None:
     budget = budget_of(written(hump))
-    assert len(budget.table()) == len(budget.entries) == len(budget.document())
+    assert all(len(column) == len(budget.entries) for column in budget.table().values())
+    assert len(budget.document()) == len(budget.entries)
     assert "position" in str(budget)
     curve = budget.document()[0]["curves"][0]
     assert len(curve["values"]) == len(curve["coordinate"]["values"])
