@@ -166,8 +166,11 @@ class FileOptions:
 
     def accepting(self, found: "edge_ident.Inspection", file: Path) -> str:
         """The command that accepts what is proposed for a file."""
-        command = ["edge-ident", *self.context.command_path.split()[1:], str(file)]
-        return f"correct or accept this: {join([*command, *found.options])}"
+        words = ["edge-ident", *self.context.command_path.split()[1:], str(file), *found.options]
+        if not found.open_values:
+            return f"correct or accept this: {join(words)}"
+        said = "; ".join(f"{name}: {what}" for name, what in found.open_values.items())
+        return f"put in what is in capitals ({said}): {join(words)}"
 
 
 @dataclass(frozen=True, kw_only=True)

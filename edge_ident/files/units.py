@@ -126,7 +126,7 @@ def known_unit(text: str) -> Unit | None:
     text = _spaced(text).rstrip(".")
     if len(text) > _LONGEST:
         return None
-    spelled = (text, _SIGN.sub("*", text))
+    spelled = (text, _SIGN.sub("*", text), text.replace(" %", "%"))
     if exact := [_UNITS[word] for word in spelled if word in _UNITS]:
         return exact[0]
     lower = {word.lower() for word in spelled}

@@ -15,9 +15,20 @@ from edge_ident.files.table import Column, Table
 from edge_ident.files.units import Unit, known_unit, stated_unit
 from edge_ident.signals.column_proposals import propose_axes
 from edge_ident.signals.column_roles import role_of
-from edge_ident.signals.column_units import check_options, conversion, unit_may_be_name
-from edge_ident.signals.contract_columns import EFFORTS, TIME, contract_name, parse_name
-from edge_ident.signals.read_columns import Proposal, ReadColumn, read_columns
+from edge_ident.signals.column_units import (
+    check_options,
+    conversion,
+    resolved_unit,
+    unit_may_be_name,
+)
+from edge_ident.signals.contract_columns import (
+    EFFORTS,
+    QUANTITIES,
+    TIME,
+    contract_name,
+    parse_name,
+)
+from edge_ident.signals.read_columns import PLACEHOLDERS, Proposal, ReadColumn, read_columns
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.time_proposals import propose_time
 
@@ -83,11 +94,12 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     check_options(options)
     said, units = _said(table, options)
     targets = {heading: Proposal(target, "as given") for heading, target in said.items()}
-    targets |= _contract(table, said, options)
+    named = _contract(table, said, options)
+    targets |= named
     free = [column for column in table.columns if column.heading not in targets]
     free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
     native = any(proposal.target != TIME for proposal in targets.values())
-    questions: list[str] = []
+    questions = [_asks(heading, each) for heading, each in named.items() if each.open]
     if not native and free:
         proposed, asked = propose_axes(free, options, table.labels)
         targets, questions = targets | proposed, questions + asked
@@ -169,19 +181,35 @@ def _contract(table: Table, said: Mapping[str, str], options: ReadOptions) -> di
         if column.heading not in (*said, *said.values()) and (target := _contract_name(column))
     }
     parsed = {target: parse_name(target) or ("", "", "") for target in targets.values()}
-    positions = {axis for axis, quantity, _ in parsed.values() if quantity == "position"}
+    moved = ("position", "velocity")
+    positions = {axis for axis, quantity, _ in parsed.values() if quantity in moved}
     efforts = {axis for axis, quantity, _ in parsed.values() if quantity in EFFORTS}
     meant = TIME in parsed or positions & efforts or any(t != TIME for t in said.values())
     if not meant:
         return {}
     if len(parsed) < len(targets):  # two headings for one column: that of the contract counts
         targets = {heading: heading for heading in targets if parse_name(heading)}
-    return {heading: _named(heading, target, options) for heading, target in targets.items()}
+    return {
+        column.heading: _named(column, targets[column.heading], options)
+        for column in table.columns
+        if column.heading in targets
+    }
 
 
-def _named(heading: str, target: str, options: ReadOptions) -> Proposal:
+def _asks(heading: str, proposal: Proposal) -> str:
+    return f"{heading} is {proposal.reason}: say what that is with {proposal.open[0]}"
+
+
+def _named(column: Column, target: str, options: ReadOptions) -> Proposal:
     """A column whose heading tells what it is; a current is a torque where the user says which."""
     axis, quantity, _ = parse_name(target) or ("", "", "")
+    heading = column.heading
+    unit = None if column.unit is None else stated_unit(column.unit)
+    if unit is not None and unit.base in ("%", "count"):
+        found, missing = resolved_unit(unit, options)
+        if missing:
+            return Proposal(target, f"in {column.unit}", open=(missing, PLACEHOLDERS[missing][0]))
+        return Proposal(contract_name(f"{axis}_{quantity}", found.base) or target, "its name")
     if quantity == "current" and options.torque_constant is not None:
         return Proposal(f"{axis}_torque_nm", "its current, by the torque constant")
     return Proposal(
@@ -194,7 +222,14 @@ def _contract_name(column: Column) -> str | None:
     if parse_name(column.heading) is not None:
         return column.heading
     unit = None if column.unit is None else known_unit(column.unit)
-    return None if unit is None else contract_name(column.name, unit.base)
+    if unit is None:
+        return None
+    if unit.base in ("%", "count"):  # of whatever unit the quantity is in the contract
+        quantity = column.name.rpartition("_")[2]
+        ends = QUANTITIES.get(quantity, ("",))
+        fits = quantity in EFFORTS if unit.base == "%" else quantity in ("position", "reference")
+        return f"{column.name}_{ends[0]}" if fits else None
+    return contract_name(column.name, unit.base)
 
 
 def _column(table: Table, name: str) -> Column:

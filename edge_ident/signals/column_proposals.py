@@ -14,8 +14,10 @@ from edge_ident.signals.column_units import name_ending, resolved_unit
 from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, UNITS
 from edge_ident.signals.read_columns import (
     LENGTHS,
+    PLACEHOLDERS,
     Proposal,
     ReadColumn,
+    is_speed,
     read_columns,
     without_unit,
 )
@@ -27,7 +29,10 @@ _LONG_M: Final = 1.0
 """Travel of an axis without a unit, from which mm is the likelier reading than m."""
 _WIDE_RAD: Final = 4.0 * np.pi
 """Travel of an angle without a unit, from which degrees are likelier than rad: two turns."""
-_PLACEHOLDERS: Final = {"--resolution": "COUNTS/turn", "--rated-effort": "VALUE_Nm"}
+_NO_POSITION: Final = ("time", "velocity", "temperature", "other")
+_FEWEST_COUNTS: Final = 50
+"""Different whole numbers of a position, from which they are counts: a course in mm or degrees has
+values between."""
 
 
 def propose_axes(
@@ -51,12 +56,18 @@ def propose_axes(
     if not positions:
         positions = [r for r in read if r.is_length and not r.role.quantity]
         asked += [f"is {r.heading} a position? Only its unit suggests it" for r in positions]
+    if not positions:
+        positions = [r for r in read if r.role.quantity == "velocity" and not r.role.commanded]
+    if not positions:
+        positions = [r for r in read if is_speed(r.unit) and not r.role.quantity]
+        asked += [f"is {r.heading} a speed? Only its unit suggests it" for r in positions]
     if not efforts:
         efforts = [r for r in read if _is_effort(r) and not r.role.quantity]
         asked += [f"is {r.heading} the effort? Only its unit suggests it" for r in efforts]
     if not positions or not efforts:
         lacks = "a position" if not positions else "an effort"
-        proposed, more = _by_course([r for r in read if r.role.quantity != "time"], options)
+        others = [r for r in read if r.role.quantity not in _NO_POSITION and not is_speed(r.unit)]
+        proposed, more = _by_course(others, options)
         return proposed, [f"no heading says which column is {lacks}", *more]
     pairs, more = _pairs(positions, efforts)
     names = axis_names([position.role.axis for position, _ in pairs])
@@ -103,7 +114,11 @@ def _of_axis(
     """What two columns of an axis may be; beside a torque it turns."""
     of_effort, about_effort = _of_effort(effort, axis, options)
     turns = of_effort.target == f"{axis}_torque_nm"
-    of_position, about_position = _of_position(position, axis, turns, options)
+    if position.role.quantity == "velocity" or is_speed(position.unit):
+        rotary = of_effort.target != f"{axis}_force_n"
+        of_position, about_position = _of_speed(position, axis, rotary)
+    else:
+        of_position, about_position = _of_position(position, axis, turns, options)
     proposed = {position.heading: of_position, effort.heading: of_effort}
     return proposed, about_position + about_effort
 
@@ -167,6 +182,21 @@ def _of_position(
     return Proposal(f"{axis}_position_{name_ending(unit.base)}", reason), []
 
 
+def _of_speed(read: ReadColumn, axis: str, turns: bool) -> tuple[Proposal, list[str]]:
+    """What a speed may be, where there is no position."""
+    reason = "a speed, which is integrated: no column holds a position"
+    if read.unit is not None and is_speed(read.unit):
+        return Proposal(f"{axis}_velocity_{name_ending(read.unit.base)}", reason), []
+    target = f"{axis}_velocity_rad_s" if turns else f"{axis}_velocity_m_s"
+    if read.unknown is not None or read.unit is not None:
+        proposal, question = without_unit(read, target, "a speed")
+        return proposal, [question]
+    text = "rad/s" if turns else "m/s"
+    if stated_unit(read.heading) == stated_unit("rpm"):
+        return Proposal(f"{axis}_velocity_rad_s", reason, "rpm"), []
+    return Proposal(target, reason, text), [f"{read.heading} states no unit: {text}, or rpm?"]
+
+
 def _of_bare_position(
     read: ReadColumn, axis: str, turns: bool, options: ReadOptions
 ) -> tuple[Proposal, list[str]]:
@@ -179,6 +209,10 @@ def _of_bare_position(
         proposal, asked = without_unit(read, f"{axis}_position_rad", "a position")
         return proposal, [asked]
     reason = f"a position, from {np.min(values):.4g} to {np.max(values):.4g}"
+    if options.resolution is None and _are_counts(values):
+        reason = f"whole numbers, from {np.min(values):.0f} to {np.max(values):.0f}, as counts are"
+        counts = Proposal(f"{axis}_position_rad", reason, "counts", _placeholder("--resolution"))
+        return counts, [f"{heading} states no unit: counts of an encoder?"]
     if options.resolution is not None:
         unit, _ = resolved_unit(Unit("count"), options)
         asked = f"{heading} states no unit: counts, as --resolution suggests?"
@@ -191,6 +225,12 @@ def _of_bare_position(
     text = "mm" if np.ptp(values) > _LONG_M else "m"
     asked = f"{heading} states no unit: {text}, or deg or rad of a rotary axis?"
     return Proposal(f"{axis}_position_m", reason, text), [asked]
+
+
+def _are_counts(values: NDArray[np.float64]) -> bool:
+    """Whether a position is of whole numbers, and goes farther than any in degrees or mm."""
+    whole = bool(np.all(np.rint(values) == values))
+    return whole and len(np.unique(values)) > _FEWEST_COUNTS
 
 
 def _angle_unit(values: NDArray[np.float64]) -> str:
@@ -253,7 +293,11 @@ def _effort_name(axis: str, base: str) -> str:
 
 
 def _open(target: str, reason: str, option: str) -> Proposal:
-    return Proposal(target, reason, open=(option, _PLACEHOLDERS[option]))
+    return Proposal(target, reason, open=_placeholder(option))
+
+
+def _placeholder(option: str) -> tuple[str, str]:
+    return option, PLACEHOLDERS[option][0]
 
 
 def _asks(read: ReadColumn, option: str) -> str:

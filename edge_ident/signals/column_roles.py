@@ -29,7 +29,7 @@ _SHORT: Final = {
     "torque": ("trq",),
     "current": ("iq", "cur"),
     "effort": ("tau",),
-    "time": ("t", "stamp"),
+    "time": ("t", "stamp", "date", "datum"),
     "reference": ("ref", "set", "cmd", "des", "desired"),
 }
 """Whole words; with a letter before or after it, as in `xpos`, that names the axis."""

@@ -7,10 +7,13 @@ from typing import Final
 
 from edge_ident.errors import DataError
 
-_NAMES: Final = {"column": "columns", "unit": "units", "period": "period_s", "axis": "axes"}
+_NAMES: Final = {
+    "column": "columns", "unit": "units", "period": "period_s", "axis": "axes",
+    "effort_shift": "effort_shift_s",
+}  # fmt: skip
 """Fields of `ReadOptions` that are not named as the option is."""
 _MAPPINGS: Final = frozenset({"columns", "units"})
-_WORDS: Final = ("comma", "point", "semicolon", "tab", "blanks")
+_WORDS: Final = ("comma", "point", "semicolon", "tab", "blanks", "sign-magnitude")
 _VALUE: Final = (
     r"'[^']*'|[^\s,;:)]*[=\d][^\s,;:)]*|[A-Z_/]+\b|(?<=--axis )[^\s,;:)]+"
     rf"|(?:{'|'.join(_WORDS)})\b"

@@ -11,7 +11,15 @@ from edge_ident.signals.column_roles import Role, role_of
 
 LENGTHS: Final = ("m", "rad")
 _UNIT: Final = "UNIT"
-"""Stands in a proposed command line where only a person knows the unit."""
+PLACEHOLDERS: Final = {
+    "--resolution": ("COUNTS/turn", "the encoder's counts per turn or length, as 8192/turn"),
+    "--rated-effort": ("VALUE_Nm", "the effort at 100 %, as 2.4Nm or 8A"),
+    "--unit": (_UNIT, "a unit such as mm, deg, Nm, A or rpm"),
+    "--period": ("SECONDS", "the sampling period, as 0.001"),
+    "--column": ("POSITION, EFFORT", "the heading of that column"),
+}
+"""What stands in a proposed command line where only a person knows the value, by its option."""
+_SPEEDS: Final = ("m/s", "rad/s")
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,28 @@ def _is_label(text: str, split: Sequence[tuple[str, str | None]]) -> bool:
     """
     quantities = {role_of(name).quantity for name, other in split if other == text}
     return not role_of(text).axis or len(quantities) > 1
+
+
+def open_values(options: Sequence[str]) -> dict[str, str]:
+    """What options of a proposal leave to a person: what stands there, and what it is.
+
+    Parameters
+    ----------
+    options : sequence of str
+        Options and their values by turns.
+    """
+    found = {}
+    for option, value in zip(options[::2], options[1::2], strict=True):
+        names, what = PLACEHOLDERS.get(option, ("", ""))
+        for name in filter(None, names.split(", ")):
+            if value == name or value.startswith(f"{name}=") or value.endswith(f"={name}"):
+                found[name] = what
+    return found
+
+
+def is_speed(unit: Unit | None) -> bool:
+    """Whether a unit is one of a speed."""
+    return unit is not None and unit.base in _SPEEDS
 
 
 def without_unit(read: ReadColumn, target: str, reason: str) -> tuple[Proposal, str]:

@@ -22,9 +22,11 @@ from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_colu
 from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
 from edge_ident.signals.data_checks import check_motions, check_table
 from edge_ident.signals.effort_encoding import decode, encoding_sentence, find_encoding, is_effort
+from edge_ident.signals.integrated_speed import with_integrated_speed
 from edge_ident.signals.moved_axes import resting_as_passive
 from edge_ident.signals.one_clock import OneClock, on_one_clock, with_own_clocks
 from edge_ident.signals.python_words import speaking_python
+from edge_ident.signals.read_columns import open_values
 from edge_ident.signals.read_options import ReadOptions
 from edge_ident.signals.recording import Recording
 from edge_ident.support.atomic_files import atomic_write
@@ -122,6 +124,12 @@ class Inspection:
         if said and (unused or self.left_out):
             said.append(f"not used: {', '.join((*unused, *self.left_out))}")
         return tuple(said)
+
+    @property
+    def open_values(self) -> dict[str, str]:
+        """What stands in capitals in the options, where only a person knows the value, and what
+        it is."""
+        return open_values(self.options)
 
     def recording(self) -> Recording:
         """Convert the columns to the contract's units, and check them.
@@ -327,7 +335,8 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOpt
     if mapping.period_s is not None:
         columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
     made = on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
-    return replace(made, said=(*signed, *made.said))
+    whole, integrated = with_integrated_speed(made.columns)
+    return replace(made, columns=whole, said=(*signed, *made.said, *integrated))
 
 
 def _effort_shift_s(table: Table) -> float:

@@ -286,3 +286,44 @@ def test_a_position_without_a_unit_is_in_counts_where_their_size_is_given(tmp_pa
     assert "--unit 'pos=counts'" in error.value.next_step
     read = edge_ident.load_recording(path, options=replace(said, units={"pos": "counts"}))
     np.testing.assert_allclose(read.axes["x"].position, GOOD.position, atol=1e-9)
+
+
+@pytest.mark.parametrize("heading", ["x_torque_pct", "x_torque_percent", "x_current_pct"])
+def test_a_name_of_the_contract_in_percent_asks_for_the_rated_effort(
+    heading: str, tmp_path: Path
+) -> None:
+    path = write(
+        tmp_path / "a.csv",
+        {
+            "time_s": GOOD.time_s,
+            "x_position_rad": GOOD.position,
+            heading: GOOD.effort / 0.024,
+        },
+    )
+    found = edge_ident.inspect_recording(path)
+    assert found.options == (
+        "--column", f"{heading}=x_{heading.split('_')[1]}_{'nm' if 'torque' in heading else 'a'}",
+        "--rated-effort", "VALUE_Nm",
+    )  # fmt: skip
+    assert set(found.open_values) == {"VALUE_Nm"}
+    options = edge_ident.ReadOptions(rated_effort="2.4 Nm")
+    if "torque" in heading:
+        read = edge_ident.load_recording(path, options=options).axes["x"]
+        np.testing.assert_allclose(read.effort, GOOD.effort, rtol=1e-12)
+
+
+def test_whole_numbers_without_a_unit_are_counts(tmp_path: Path) -> None:
+    counts = np.rint(GOOD.position / (2.0 * np.pi) * 65536)
+    path = write(
+        tmp_path / "a.csv", {"t [s]": GOOD.time_s, "pos": counts, "torque [Nm]": GOOD.effort}
+    )
+    assert proposed(path)["pos"] == ("x_position_rad", "counts")
+    found = edge_ident.inspect_recording(path)
+    assert set(found.open_values) == {"COUNTS/turn"}
+    options = edge_ident.ReadOptions(
+        {"pos": "x_position_rad", "torque": "x_torque_nm"},
+        units={"pos": "counts"},
+        resolution="65536/turn",
+    )
+    read = edge_ident.load_recording(path, options=options).axes["x"]
+    np.testing.assert_allclose(read.position, GOOD.position, atol=1e-4)
