@@ -85,6 +85,8 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     layout = replace(layout, open_end=open_end, stamps=tuple(stamps))
     try:
         values, sparse = _any_numbers(path, dialect, layout, lines)
+    except TooLargeError:
+        raise
     except (ValueError, csv.Error) as error:
         if (other := read_stacked(path, dialect)) is not None:
             return other

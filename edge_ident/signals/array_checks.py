@@ -131,6 +131,13 @@ def check_increasing(source: str, what: str, time_s: Array, first_row: int) -> N
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if len(back):
         row = first_row + back[0] + 1
+        again = np.count_nonzero(time_s[back + 1] <= time_s[1])
+        if again == len(back) and back[0] + 1 >= MINIMUM_SAMPLES:
+            raise DataError(
+                f"{source}, row {row}, {what}: time starts again, {again} times in all: several "
+                "recordings stand in the file, one after the other",
+                "cut the file there, and give the recordings one by one",
+            )
         raise DataError(
             f"{source}, row {row}, {what}: time goes from {time_s[back[0]]:.15g} to "
             f"{time_s[back[0] + 1]:.15g} s",

@@ -275,12 +275,15 @@ def _optional(
             if r.role.quantity == quantity
             and r.role.axis == position.role.axis
             and (quantity == "reference" or not r.role.commanded)
-            and r.unit is not None
-            and name_ending(r.unit.base) == end
         ]
-        if len(fits) == 1:
-            heading, unit = fits[0].heading, fits[0].column.unit
-            found[heading] = Proposal(f"{axis}_{quantity}_{end}", f"a {quantity} in {unit}")
+        stated = [r for r in fits if r.unit is not None and name_ending(r.unit.base) == end]
+        bare = [r for r in fits if r.unit is None and r.unknown is None]
+        target = f"{axis}_{quantity}_{end}"
+        if len(stated) == 1:
+            found[stated[0].heading] = Proposal(target, f"a {quantity} in {stated[0].column.unit}")
+        elif quantity == "reference" and len(bare) == len(fits) == 1 and proposal.unit is not None:
+            reason = "a reference, in the unit of its position"
+            found[bare[0].heading] = replace(proposal, target=target, reason=reason)
     return found
 
 

@@ -51,6 +51,14 @@ _FILLERS: Final = frozenset({
 })  # fmt: skip
 
 
+_OF_DATA_SET: Final = {
+    "observation.state.": "position", "observation.velocity.": "velocity", "action.": "reference",
+    "observation.effort.": "effort", "observation.torque.": "torque",
+    "observation.current.": "current",
+}  # fmt: skip
+"""What data sets of LeRobot call the quantities of joints; the joint's name follows."""
+
+
 @dataclass(frozen=True)
 class Role:
     """What a heading says.
@@ -75,6 +83,10 @@ def role_of(name: str) -> Role:
     """Read the name of a column, without its unit."""
     found: set[str] = set()
     axis: list[str] = []
+    for prefix, of_joint in _OF_DATA_SET.items():
+        if name.startswith(prefix):
+            joint = role_of(name.removeprefix(prefix)).axis
+            return Role(of_joint, of_joint == "reference", joint)
     for token in (match.lower() for match in _TOKEN.findall(name)):
         quantity, rest = _quantity(token)
         found |= {quantity} if quantity else set()

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -42,15 +42,19 @@ def proposed(path: Path) -> dict[str, tuple[str | None, str | None]]:
 
 def accepted(path: Path) -> edge_ident.Recording:
     """The recording that the proposal's own options give."""
-    options = edge_ident.inspect_recording(path).options
+    return edge_ident.load_recording(path, options=accepting(path))
+
+
+def accepting(path: Path, **read: Any) -> edge_ident.ReadOptions:
+    """The options that accept the proposal for a file that is read so."""
+    options = edge_ident.inspect_recording(path, edge_ident.ReadOptions(**read)).options
     pairs = list(zip(options[::2], options[1::2], strict=True))
     said = {
         kind: dict(value.rsplit("=", 1) for option, value in pairs if option == kind)
         for kind in ("--column", "--unit")
     }
     assert len(said["--column"]) + len(said["--unit"]) == len(pairs)
-    given = edge_ident.ReadOptions(columns=said["--column"], units=said["--unit"])
-    return edge_ident.load_recording(path, options=given)
+    return edge_ident.ReadOptions(columns=said["--column"], units=said["--unit"])
 
 
 @pytest.mark.parametrize(
