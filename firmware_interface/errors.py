@@ -101,7 +101,7 @@ class StoppedError(BoardError):
 class SilentError(BoardError):
     """The board's watchdog ended a motion, because its host fell silent."""
 
-    def measured(self, held_up_s: float, longest_reply_s: float) -> None:
+    def measured(self, held_up_s: float, longest_reply_s: float, damaged: int = 0) -> None:
         """Say what this host measured meanwhile, and what to do about the worse of the two.
 
         Parameters
@@ -110,13 +110,16 @@ class SilentError(BoardError):
             Longest time that its process did not run when it was due.
         longest_reply_s : float
             Longest time of a request.
+        damaged : int
+            Requests after which bytes came that were no reply.
         """
         self.cause += (
             f"; this process did not run for {held_up_s:.2f} s at a time, and the slowest request "
             f"took {longest_reply_s:.2f} s"
         )
+        self.cause += f"; {damaged} replies came damaged" if damaged else ""
         self.args = (self.cause,)
-        if held_up_s > longest_reply_s:
+        if held_up_s > longest_reply_s and not damaged:
             self.next_step = (
                 "close programs that load this computer, then run edge-ident clear-fault"
             )

@@ -35,6 +35,7 @@ class Heartbeat:
     def __init__(self, line: Line, beat: Callable[[], None], every_s: Callable[[], float]) -> None:
         self._line, self._beat, self._every_s = line, beat, every_s
         self._held_up_s = 0.0
+        self._damaged_before = 0
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
 
@@ -53,11 +54,17 @@ class Heartbeat:
     def measure_anew(self) -> None:
         """Forget what was measured so far."""
         self._held_up_s = self._line.longest_reply_s = 0.0
+        self._damaged_before = self._damaged
 
     @property
-    def silence(self) -> tuple[float, float]:
-        """Longest time that this process did not run, and longest time of a request, s."""
-        return self._held_up_s, self._line.longest_reply_s
+    def silence(self) -> tuple[float, float, int]:
+        """Longest time that this process did not run, longest time of a request, both in s, and how
+        many replies came damaged."""
+        return self._held_up_s, self._line.longest_reply_s, self._damaged - self._damaged_before
+
+    @property
+    def _damaged(self) -> int:
+        return int(getattr(self._line, "damaged_replies", 0))
 
     def _run(self) -> None:
         with suppress(OSError, AttributeError):  # not allowed, or another system

@@ -40,6 +40,7 @@ from firmware_interface.errors import (
     RestartedError,
     ValueRefusedError,
 )
+from firmware_interface.heard import Heard
 from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
 from firmware_interface.serial_client import SerialClient
 
@@ -81,6 +82,8 @@ class ModbusLink:
         The board's worst reply time.
     advice : str
         What to look at where nothing answers like a board.
+    heard : Heard, optional
+        What the client tells of the bytes that come.
 
     Attributes
     ----------
@@ -100,8 +103,10 @@ class ModbusLink:
         name: str,
         silence_s: float,
         advice: str = _SERIAL_ADVICE,
+        heard: Heard | None = None,
     ) -> None:
         self._client = client
+        self._heard = heard or Heard(DEVICE_ID)
         self._name = name
         self._silence_s = silence_s
         self._dirty = False
@@ -114,6 +119,8 @@ class ModbusLink:
             self._identity = self._first_identity()
         except (NoReplyError, BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
+            if self.damaged_replies:
+                advice = error.next_step
             advice += f"; replies that take more than {silence_s:g} s need a faster gateway"
             why = error.cause.removeprefix(f"{name}: ")
             raise LinkError(f"{name} is open, but no board answers: {why}", advice) from error
@@ -139,6 +146,11 @@ class ModbusLink:
             (reply.address, reply.count) != (address, len(words))
         ):
             raise self._late_reply()
+
+    @property
+    def damaged_replies(self) -> int:
+        """Requests so far after which bytes came that were no reply."""
+        return self._heard.damaged
 
     def close(self) -> None:
         """Let go of the port."""
@@ -203,7 +215,11 @@ class ModbusLink:
         except ConnectionException as error:
             raise self._no_reply("the connection is lost") from error
         except (ModbusException, OSError) as error:
-            raise self._no_reply(f"no reply within {self._silence_s:g} s") from error
+            cause = f"no reply within {self._silence_s:g} s"
+            if (missed := self._heard.missed()) is not None:
+                what, advice = missed
+                raise NoReplyError(f"{self._name}: {cause}, but {what}", advice) from error
+            raise self._no_reply(cause) from error
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
             raise self._refused(reply.exception_code)
@@ -285,7 +301,10 @@ def _is_identity(words: list[int]) -> bool:
 
 def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
     """Open a serial device or pySerial URL; see `firmware_interface.connection.open_link`."""
-    client = SerialClient(url, baudrate=baud_rate, timeout=timeout_s, retries=0)
+    heard = Heard(DEVICE_ID)
+    client = SerialClient(
+        url, baudrate=baud_rate, timeout=timeout_s, retries=0, trace_packet=heard.note
+    )
     try:
         client.socket = serial.serial_for_url(
             url, baudrate=baud_rate, timeout=timeout_s, write_timeout=timeout_s, exclusive=True
@@ -294,7 +313,7 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
         code = getattr(error, "errno", None)
         why = os.strerror(code) if code else error  # pySerial's text repeats number and name
         raise LinkError(f"{url} cannot be opened: {why}", _serial_advice(code)) from error
-    return ModbusLink(client, url, timeout_s)
+    return ModbusLink(client, url, timeout_s, heard=heard)
 
 
 def _serial_advice(code: int | None) -> str:
@@ -312,7 +331,8 @@ def _serial_advice(code: int | None) -> str:
 def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
     """Connect to a Modbus TCP server; see `firmware_interface.connection.open_link`."""
     name = f"tcp://{host}:{port}"
-    client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
+    heard = Heard(DEVICE_ID)
+    client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0, trace_packet=heard.note)
     try:
         connected = client.connect()  # type: ignore[no-untyped-call]
     except UnicodeError as error:
@@ -322,4 +342,4 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
             f"{name} refuses the connection or cannot be reached",
             "check address and port, and that the board (or `edge-ident board`) is running",
         )
-    return ModbusLink(client, name, timeout_s, _TCP_ADVICE)
+    return ModbusLink(client, name, timeout_s, _TCP_ADVICE, heard)

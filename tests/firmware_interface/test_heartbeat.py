@@ -218,9 +218,9 @@ def test_the_longest_time_that_the_process_did_not_run_is_measured(
     thread = threading.Thread(target=beats._run)
     thread.start()
     thread.join()
-    assert beats.silence == pytest.approx((0.9, 0.0))
+    assert beats.silence == pytest.approx((0.9, 0.0, 0))
     beats.measure_anew()
-    assert beats.silence == (0.0, 0.0)
+    assert beats.silence == (0.0, 0.0, 0)
 
 
 # ---- a virtual board on a busy computer

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from firmware_interface.board import Board
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
 from firmware_interface.capture_pace import CapturePace
 from firmware_interface.connection import open_link
+from firmware_interface.heard import CABLE
 from firmware_interface.registers import State
 
 Array = NDArray[np.float64]
@@ -54,12 +56,21 @@ def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None])
         pace = board.capture_pace(0)
         found += [capture_check(pace)] if pace.fetched_s else []
         middle_s = 0.5 * (sent_s + returned_s)
-        return [*found, *clock_checks(middle_s, samples, board.identity.sample_period_s)]
+        clocks = clock_checks(middle_s, samples, board.identity.sample_period_s)
+        return [*found, *_with_damage(clocks, getattr(link, "damaged_replies", 0))]
     except (LinkError, BoardError) as error:
         failed = "link" if found else "register map"
         return [*found, Check(failed, False, error.cause, error.next_step)]
     finally:
         link.close()
+
+
+def _with_damage(checks: list[Check], damaged: int) -> list[Check]:
+    """Checks of a line on which replies came damaged: asked again, they come late."""
+    if not damaged:
+        return checks
+    told = Check("replies", False, f"{damaged} came damaged, and were asked for again", CABLE)
+    return [told, *(replace(c, next_step=CABLE) if c.what == "jitter" else c for c in checks)]
 
 
 def _map(board: Board) -> Check:
