@@ -14,34 +14,43 @@ from edge_ident.cli.command_group import with_example
 from edge_ident.cli.failures import failure_of, tell
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, uncut
 
-HOMES: Final = {
-    "init": "init",
-    "run": "run",
-    "capture": "capture",
-    "profile": "profile",
-    "home": "machine",
-    "hold": "machine",
-    "stop": "machine",
-    "clear-fault": "machine",
-    "identify": "identify",
-    "import": "import_file",
-    "report": "run_report",
-    "diagnose": "diagnose",
-    "plan": "plan",
-    "survey": "survey",
-    "simulate": "simulate",
-    "compare": "compare",
-    "board": "board",
-    "plant": "plant",
-    "ports": "checkup",
-    "doctor": "checkup",
-    "registers": "registers",
-    "train": "offline",
-    "export": "offline",
-    "gains": "gains",
-    "config": "config",
+GROUPS: Final = {
+    "A board and its machine": {
+        "init": "init",
+        "doctor": "checkup",
+        "ports": "checkup",
+        "run": "run",
+        "capture": "capture",
+        "gains": "gains",
+        "home": "machine",
+        "hold": "machine",
+        "stop": "machine",
+        "clear-fault": "machine",
+        "registers": "registers",
+        "report": "run_report",
+        "profile": "profile",
+    },
+    "Recordings": {
+        "import": "import_file",
+        "identify": "identify",
+        "diagnose": "diagnose",
+        "plan": "plan",
+        "survey": "survey",
+        "compare": "compare",
+    },
+    "Without a machine": {
+        "simulate": "simulate",
+        "board": "board",
+        "plant": "plant",
+    },
+    "Networks": {
+        "train": "offline",
+        "export": "offline",
+    },
+    "Settings": {"config": "config"},
 }
-"""The module of each command, in the order of the help."""
+"""The module of each command, in the groups and the order of the help."""
+HOMES: Final = {name: home for group in GROUPS.values() for name, home in group.items()}
 
 
 @uncut
@@ -89,6 +98,10 @@ def _app_of(modules: Iterable[str]) -> typer.Typer:
     )
     for module in modules:
         import_module(f"{__name__}.{module}").register(app)
+    panels = {name: title for title, group in GROUPS.items() for name in group}
+    for command in (*app.registered_commands, *app.registered_groups):
+        name = command.name or getattr(command.callback, "__name__", "")
+        command.rich_help_panel = panels.get(name)
     return app
 
 

@@ -1,5 +1,7 @@
 """The command board: a virtual board to connect to."""
 
+import os
+import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -7,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import edge_ident
 from edge_ident import commissioning
 from edge_ident.cli.command import command
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
+from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import Failure
@@ -51,6 +55,13 @@ Speed = Annotated[
         "At other factors than 1, doctor finds that the board's clock is wrong.",
     ),
 ]
+PressStop = Annotated[
+    bool,
+    typer.Option(
+        "--press-stop",
+        help="Press the emergency stop of the board that runs with --link, and let go of it.",
+    ),
+]
 Failures = Annotated[
     list[str] | None,
     typer.Option(
@@ -78,6 +89,7 @@ def board(
     speed: Speed = "1",
     faults: HideOptions,
     fail: Failures = None,
+    press_stop: PressStop = False,
     results: ResultOptions,
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
@@ -87,12 +99,17 @@ def board(
     computer can connect unless --bind gives another address. The name of the device is printed;
     with --output it is also written to board.json in that folder. What --hide or --hide-seed hides
     in the drive is not told; the same options with --reveal print it, without a board.
-    What --fail has fail is told when it does.
+    What --fail has fail is told when it does. --press-stop taps the wired emergency stop of the
+    board at --link, or at the device of EDGE_IDENT_DEVICE.
 
     Example: `edge-ident board --pty --speed 10`
 
     Example: `edge-ident board --tcp 5020 --fail encoder_lost=x@motion+2s`
     """
+    if press_stop:
+        named = os.environ.get("EDGE_IDENT_DEVICE") or board_setting("device") or "./board"
+        _press_stop(link or Path(named))
+        return
     hidden, failures = faults.hidden(), _parse_failures(fail or [])
     if faults.reveal:
         faults.tell_alone("board", {"device": None}, hidden, results)
@@ -133,10 +150,37 @@ def _linked(link: Path, device: str) -> Iterator[str]:
     if link.is_symlink() and not link.exists():
         link.unlink()
     link.symlink_to(device)
+    process = _process_file(link)
+    process.write_text(f"{os.getpid()}\n")
     try:
         yield str(link.absolute())
     finally:
         link.unlink(missing_ok=True)
+        process.unlink(missing_ok=True)
+
+
+def _process_file(link: Path) -> Path:
+    """Where a board that has a link leaves the number of its process."""
+    return link.with_name(f"{link.name}.pid")
+
+
+def _press_stop(link: Path) -> None:
+    """Press the wired stop of a board that runs, and let go of it; the board latches it.
+
+    Raises
+    ------
+    LinkError
+        No board runs behind the link.
+    """
+    try:
+        process = int(_process_file(link).read_text())
+        for number in (signal.SIGUSR1, signal.SIGUSR2):
+            os.kill(process, number)
+    except (OSError, ValueError) as error:
+        raise edge_ident.LinkError(
+            f"no board runs at {link}", "start one with edge-ident board --pty --link ./board"
+        ) from error
+    say(f"the emergency stop at {link} was pressed and released; the board is in FAULT")
 
 
 def _parse_failures(texts: list[str]) -> list["Failure"]:

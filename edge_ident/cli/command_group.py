@@ -14,13 +14,16 @@ class CommandGroup(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands; a line that is too long continues on the next."""
-        rows = [
-            (name, " ".join((command.help or "").split("\n\n")[0].split()))
-            for name, command in self.commands.items()
-            if not command.hidden
-        ]
-        with formatter.section("Commands"):
-            formatter.write_dl(rows)
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for name, command in self.commands.items():
+            if not command.hidden:
+                said = " ".join((command.help or "").split("\n\n")[0].split())
+                title = getattr(command, "rich_help_panel", None)
+                title = title if isinstance(title, str) else "Commands"
+                groups.setdefault(title, []).append((name, said))
+        for title, rows in groups.items():
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
 
 def with_example(text: str) -> str:

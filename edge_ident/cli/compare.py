@@ -56,14 +56,15 @@ def compare(
             raise typer.BadParameter(
                 f"there is no {name}; choose from {', '.join(known)}", param_hint="--method"
             )
+    folder = results.folder()
     measured, loaded = recording.load(), edge_ident.load_network(path=network)
     with shown_progress() as bars:
         found = edge_ident.compare(
             measured, loaded, methods=method or (), tries=tries, seed=seed,
             on_stage=bars.stage, on_note=bars.note,
         )  # fmt: skip
-    if results.output:
-        say(f"written: {report.save_figure(found.plot(), results.output / 'comparison.png')}")
+    if folder:
+        say(f"written: {report.save_figure(found.plot(), folder / 'comparison.png')}")
     results.deliver(report.comparison_document(found), "comparison.json")
     results.show(found)
     if not found.answered:

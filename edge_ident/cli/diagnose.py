@@ -70,6 +70,10 @@ PageFormat = Annotated[
 ]
 
 
+_PAGES = {"html": "report.html", "markdown": "report.md"}
+"""Name of the page in the folder."""
+
+
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
     app.command()(diagnose)
@@ -111,13 +115,16 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
+    written = results.output and results.output / _PAGES[page]
+    done = reading.done(*files, validate, page=written)
+    found = report.with_next_steps(found, done)
     model_file = None
     if results.output:
         model_file = save_result_model(found.model, files, results.output, known)
         source = report.Provenance.of(files, validate)
         say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
-    results.answer(lambda: report.diagnosis_answer(found, details=details))
+    results.answer(lambda: report.diagnosis_answer(found, done, details=details))
     if not found.understood:
         raise typer.Exit(UNTRUSTED)
 

@@ -139,6 +139,28 @@ class FileOptions:
             axes=self.axis or (),
         )
 
+    def typed(self) -> tuple[str, ...]:
+        """The options as they are typed."""
+        once = {
+            "--period": self.period,
+            "--resolution": self.resolution,
+            "--rated-effort": self.rated_effort,
+            "--torque-constant": self.torque_constant,
+            "--delimiter": self.delimiter,
+            "--decimal": self.decimal,
+        }
+        said = [(option, str(value)) for option, value in once.items() if value is not None]
+        for option, values in (
+            ("--column", self.column), ("--unit", self.unit), ("--axis", self.axis),
+        ):  # fmt: skip
+            said += [(option, value) for value in values or ()]
+        return tuple(word for pair in said for word in pair)
+
+    def done(self, *files: Path | None, page: Path | None = None) -> "report.Done":
+        """What was done with files, for the next step."""
+        named = tuple(str(file) for file in files if file is not None)
+        return report.Done(named, self.typed(), "" if page is None else str(page))
+
     def read(self, file: Path) -> "edge_ident.Recording":
         """Read and check a recording; what was decided goes to stderr.
 

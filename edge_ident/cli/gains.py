@@ -28,7 +28,7 @@ _HELP: Final = """Design gains from a recording (gains FILE), or manage the gain
 
 Example: `edge-ident gains capture.npz --bandwidth 12`
 """
-_NEXT: Final = "--output writes the gains to a file, and edge-ident gains stage to a board"
+_NEXT: Final = "write the gains to a file: edge-ident gains FILE --output gains.json"
 ControlDelay = Annotated[
     float,
     typer.Option(
@@ -84,9 +84,11 @@ def design(
             recorded, network.load(), model=model_for(model, recorded.axes),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
+    done = recording.done(recording.file)
+    found = report.with_next_steps(found, done)
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")
-        _show(found, results, details=details)
+        _show(found, results, done, details=details)
         if not results.json:
             say("no gains were designed: the parameters are not trusted")
         raise typer.Exit(UNTRUSTED)
@@ -95,14 +97,17 @@ def design(
         at_s=max(axis.end_s for axis in found.axes.values()),
     )  # fmt: skip
     results.deliver(report.gains_document(found, designs.axes), "gains.json")
-    _show(found, results, details=details)
+    _show(found, results, done, details=details)
     results.show(designs)
     if results.output and not results.json:
-        file = results.output / "gains.json"
+        file = results.file("gains.json")
         say(f"written: {file}; write them to a board with: edge-ident gains stage {file}")
 
 
-def _show(found: edge_ident.Identification, results: ResultOptions, *, details: bool) -> None:
+def _show(
+    found: edge_ident.Identification, results: ResultOptions, done: "report.Done", *, details: bool
+) -> None:
+    then = _NEXT if results.output is None else ""
     results.answer(
-        lambda: report.identification_answer(found, details=details, without_findings=_NEXT)
+        lambda: report.identification_answer(found, done, details=details, without_findings=then)
     )

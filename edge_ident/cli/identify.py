@@ -55,9 +55,11 @@ def identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
             stopwatch=watch,
         )  # fmt: skip
+    done = recording.done(recording.file)
+    found = report.with_next_steps(found, done)
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)
     results.deliver(report.identification_document(found), "identification.json")
-    results.answer(lambda: report.identification_answer(found, details=details))
+    results.answer(lambda: report.identification_answer(found, done, details=details))
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)

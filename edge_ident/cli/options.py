@@ -16,6 +16,7 @@ from edge_ident import report
 from edge_ident.cli.messages import print_document, say
 
 _ByAxis = TypeVar("_ByAxis", "edge_ident.Model", "edge_ident.Drive")
+_OF_FILES: Final = (".json", ".html", ".md", ".npz", ".csv", ".png", ".svg")
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
 _OF_A_RUN: Final = ("gains_before.json", "report.json")
@@ -30,8 +31,8 @@ def named(path: str) -> Path:
 
 
 def result_folder(path: str) -> Path:
-    """A folder for results, which need not exist."""
-    if named(path).is_file():
+    """A folder for results, or the file of a command that writes one; neither need exist."""
+    if named(path).is_file() and Path(path).suffix not in _OF_FILES:
         raise typer.BadParameter(f"{path} is a file; give a folder")
     return Path(path)
 
@@ -51,10 +52,11 @@ Output = Annotated[
     typer.Option(
         "--output",
         "-o",
-        metavar="FOLDER",
+        metavar="FOLDER|FILE",
         parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
-        help="Folder to write the results to; it is created if it does not exist.",
+        help="Folder to write the results to, created if it does not exist; or the file, where the "
+        "command writes one.",
     ),
 ]
 _RECORDING_OUTPUT: Final = typer.Option(
@@ -174,8 +176,24 @@ class ResultOptions:
     output: Output = None
     json: Json = False
 
+    def file(self, name: str) -> Path | None:
+        """The one file to write: as it was named, or by this name in the folder."""
+        return None if self.output is None else result_file(self.output, name)
+
+    def folder(self) -> Path | None:
+        """The folder for several files.
+
+        Raises
+        ------
+        BadParameter
+            A file is named.
+        """
+        if self.output is not None:
+            check_folder(self.output)
+        return self.output
+
     def deliver(self, document: dict[str, Any], name: str) -> None:
-        """Write a document into the folder, if there is one, and print it, if JSON is wanted."""
+        """Write a document, if it is to be kept, and print it, if JSON is wanted."""
         deliver(document, name, self.output, self.json)
 
     def show(self, result: Any) -> None:
@@ -188,6 +206,26 @@ class ResultOptions:
             report.show(view())
 
 
+def result_file(output: Path, name: str) -> Path:
+    """Where the file of this name goes: the path itself where it names a file of that kind."""
+    named = output.suffix == Path(name).suffix and not output.is_dir()
+    return output if named else output / name
+
+
+def check_folder(output: Path) -> None:
+    """Make sure that a path for several files names no single one.
+
+    Raises
+    ------
+    BadParameter
+    """
+    if output.suffix in _OF_FILES and not output.is_dir():
+        raise typer.BadParameter(
+            f"{output} names one file, and several are written: give a folder",
+            param_hint="--output",
+        )
+
+
 def check_no_run(folder: Path | None) -> None:
     """Make sure that a folder for results is not that of a run, whose page and model are kept.
 
@@ -195,6 +233,8 @@ def check_no_run(folder: Path | None) -> None:
     ------
     DataError
     """
+    if folder is not None:
+        check_folder(folder)
     if folder and any((folder / name).exists() for name in _OF_A_RUN):
         raise edge_ident.DataError(
             f"{folder} is the folder of a run, whose page or model would be lost",
@@ -205,7 +245,7 @@ def check_no_run(folder: Path | None) -> None:
 def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
     """Write a document into a folder, print it as JSON, both, or neither."""
     if output:
-        report.write_json(document, output / name)
+        report.write_json(document, result_file(output, name))
     if as_json:
         print_document(document)
 

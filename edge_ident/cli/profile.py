@@ -60,13 +60,14 @@ def profile(
 
     Example: `edge-ident profile --device /dev/ttyACM0 --drive press.toml`
     """
+    folder = results.folder()
     described = edge_ident.load_drive(drive)
     if device is None:
         say("measuring a virtual board; to move and measure a machine, name it with --device")
     rate = baud_rate_of(BoardOptions(device, baud_rate, drive), described)
     with shown_progress() as bars:
         profiled = commissioning.profile_device(device, rate, described, repetitions, bars)
-    if results.output:
-        report.save_waterfall(profiled, results.output / "profile.svg")
+    if folder:
+        report.save_waterfall(profiled, folder / "profile.svg")
     results.deliver(report.profile_document(profiled), "profile.json")
     results.show(report.profile_view(profiled))

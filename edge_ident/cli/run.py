@@ -1,7 +1,8 @@
 """The command run: the whole job on a board."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -196,6 +197,7 @@ def run(
                 outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
                 # a full disk or Ctrl-C changes nothing on the board any more
                 done.append(outcome.conclusion)
+        outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
         document = report.run_document(outcome, board.identity, loaded, folder)
         try:
             save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
@@ -210,6 +212,15 @@ def run(
         say(f"written: {page}")
     if not outcome.good:
         raise typer.Exit(UNTRUSTED)
+
+
+def _with_next_steps(
+    outcome: "commissioning.Outcome", folder: Path, device: str, motion: str
+) -> "commissioning.Outcome":
+    """The outcome with next steps after a run on this board, whose page is in the folder."""
+    captures = tuple(map(str, outcome.captures(folder)))
+    done = report.Done(captures, (), str(folder / "report.html"), device, motion)
+    return replace(outcome, identification=report.with_next_steps(outcome.identification, done))
 
 
 def _plan(

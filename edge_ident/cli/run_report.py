@@ -32,7 +32,7 @@ def report(
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """
     figure = reports.draw_run(folder)
-    picture = reports.save_figure(figure, (results.output or folder) / "report.png")
+    picture = reports.save_figure(figure, results.file("report.png") or folder / "report.png")
     if results.json:
         print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
     else:

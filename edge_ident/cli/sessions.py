@@ -14,7 +14,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning
 from edge_ident.cli.logs import logged
-from edge_ident.cli.options import BoardOptions
+from edge_ident.cli.options import BoardOptions, check_folder
 from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
@@ -109,6 +109,8 @@ def session(
     session has a folder of its own. None of the files that the session `writes`, as patterns of
     their names, is there.
     """
+    if output is not None:
+        check_folder(output)
     source = context.get_parameter_source("output")
     by_name = source is not None and source.name == "COMMANDLINE"
     with connected(options, hidden) as (board, drive):

@@ -5,6 +5,7 @@ misses a sixth of the effort, or if the uncertainty of one parameter changes the
 twentieth.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
@@ -31,8 +32,6 @@ AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
 CERTAIN_SIGN: Final = 2.0
 """Standard deviations from which a sign is certain: 2.3 % by chance."""
-_HOPELESS: Final = 100.0
-"""Relative standard deviation beyond which more of the same motion is no advice."""
 _SAME_DIRECTION: Final = 1e-6
 """Singular value over the largest, columns of unit length, that counts as zero."""
 UNDETERMINED: Final = "undetermined_"
@@ -203,15 +202,16 @@ def _check_parameter(
             f"{UNDETERMINED}{name}",
             f"{spoken} is not determined: {value:.4g} ± {std:.2g}, which alone "
             f"moves the effort by {moved:.1%}",
-            _better_motion(index, max(std / max(abs(value), _TINY), TARGET), rms_columns),
+            _better_motion(index),
             blocks=True,
         )
+    share = value * float(rms_columns[index]) / rms_effort if rms_effort else 0.0
     if POSITIVE[index] and std > WEAK_LIMIT * value:
         return Finding(
             f"weak_{name}",
             f"{spoken} is known only to ±{std / value:.0%}: it makes up "
-            f"{value * rms_columns[index] / rms_effort:.1%} of the effort in this motion",
-            _better_motion(index, std / value, rms_columns),
+            f"{share:.1%} of the effort in this motion",
+            _better_motion(index, std / value, float(rms_columns[0]), share),
             blocks=False,
         )
     return None
@@ -234,16 +234,33 @@ def _beside_line(
     )
 
 
-def _better_motion(index: int, relative_std: float, rms_columns: Array) -> str:
-    """The motion that would determine a parameter."""
+def _better_motion(
+    index: int, relative_std: float = math.inf, acceleration: float = 0.0, share: float = 0.0
+) -> str:
+    """The motion that would determine a parameter.
+
+    Parameters
+    ----------
+    index : int
+    relative_std : float
+        Deviation over value; infinite where the value is not known.
+    acceleration : float
+        Of this motion, rms.
+    share : float
+        Part of the rms effort that the inertia takes in it: with all of it, the drive accelerates
+        by one over that share as much.
+    """
     name = PARAMETERS[index]
-    if name == "inertia" and relative_std > _HOPELESS:
-        return "record a motion that accelerates, such as --motion multisine"
     if name == "inertia":
-        wanted = rms_columns[0] * relative_std / TARGET
+        wanted = relative_std / TARGET
+        if wanted * share <= 1.0:
+            return (
+                f"record a motion that accelerates {wanted:.2g} times as much: with "
+                f"{wanted * acceleration:.2g} rms instead of {acceleration:.2g}"
+            )
         return (
-            f"record a motion with an rms acceleration of {wanted:.3g} or more (now "
-            f"{rms_columns[0]:.3g}), such as --motion multisine"
+            "record a motion in which most of the effort goes into acceleration: quick reversals "
+            "over a short stroke, such as --motion multisine"
         )
     if name == "offset":
         return "record a motion that goes both ways at the same speeds"

@@ -11,6 +11,7 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.scale_checks import check_inertia, check_scale
+from edge_ident.support.next_step import PAGE
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
@@ -48,8 +49,7 @@ def describe_model(
             Finding(
                 "base_inadequate",
                 adequacy.reason,
-                "let the diagnosis run: leave --no-diagnose out, or give the capture to "
-                "edge-ident diagnose",
+                f"have it diagnosed: {PAGE}",
                 blocks=True,
             )
         ]
@@ -73,8 +73,8 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
             "several_axes",
             f"several axes act on this one by {listed(map(spoken, several))}: which of them do was "
             "chosen among many, and the deviations do not know of that",
-            "let another motion confirm it: run edge-ident diagnose with --validate OTHER, and "
-            "identify with the model that it writes",
+            "let another motion confirm it: edge-ident diagnose FILE --validate OTHER --output "
+            "DIR, then edge-ident identify FILE --model DIR/model.json",
             blocks=True,
         )
     ]
@@ -106,7 +106,7 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
             Finding(
                 "unexplained",
                 findings_sentence(diagnosed),
-                "run edge-ident diagnose on this recording with --output, and read its page",
+                f"see on its page what is left, and where: {PAGE}",
                 blocks=True,
             )
         ]
@@ -120,8 +120,7 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
             "extended_model",
             f"the base model lacks {found}; with it the model leaves "
             f"{diagnosed.extended.fitted:.2%} of the effort",
-            "run edge-ident diagnose on this recording with --output, and read its page before you "
-            "adjust the machine",
+            f"read its page before you adjust the machine: {PAGE}",
             blocks=False,
         )
     ]

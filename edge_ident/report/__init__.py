@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         resting_lines,
         scale_lines,
     )
+    from edge_ident.report.next_steps import with_next_steps
     from edge_ident.report.output import save_figure, show
     from edge_ident.report.page.diagnosis_page import write_page
     from edge_ident.report.page.markdown_page import write_markdown
@@ -49,8 +50,10 @@ if TYPE_CHECKING:
     from edge_ident.report.survey_tables import survey_document, write_survey_tables
     from edge_ident.report.waterfall import save_waterfall
     from edge_ident.support.json_text import to_json, write_json
+    from edge_ident.support.next_step import Done
 
 __all__ = [
+    "Done",
     "GainReport",
     "Provenance",
     "capture_document",
@@ -89,6 +92,7 @@ __all__ = [
     "survey_document",
     "to_json",
     "values_text",
+    "with_next_steps",
     "write_json",
     "write_markdown",
     "write_page",
@@ -100,6 +104,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
+        "Done": "edge_ident.support.next_step",
         "GainReport": "edge_ident.report.gain_report",
         "Provenance": "edge_ident.report.page.provenance",
         "capture_document": "edge_ident.report.run_documents",
@@ -138,6 +143,7 @@ __getattr__ = lazy_names(
         "survey_document": "edge_ident.report.survey_tables",
         "to_json": "edge_ident.support.json_text",
         "values_text": "edge_ident.report.register_tables",
+        "with_next_steps": "edge_ident.report.next_steps",
         "write_json": "edge_ident.support.json_text",
         "write_markdown": "edge_ident.report.page.markdown_page",
         "write_page": "edge_ident.report.page.diagnosis_page",

@@ -18,6 +18,7 @@ from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.identification_tables import identification_view
 from edge_ident.report.next_steps import DESIGN_GAINS, identification_steps
 from edge_ident.report.parameter_table import parameter_table
+from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
@@ -25,23 +26,30 @@ if TYPE_CHECKING:
 
 
 def identification_answer(
-    found: Identification, *, details: bool = False, without_findings: str = DESIGN_GAINS
+    found: Identification,
+    done: Done = NOTHING_DONE,
+    *,
+    details: bool = False,
+    without_findings: str = DESIGN_GAINS,
 ) -> Group:
     """Trust, model and next step in a few lines, then one table of parameters, then remarks.
 
     Parameters
     ----------
     found : Identification
+    done : Done, optional
+        By the command; next steps are whole then.
     details : bool
         Every estimator beside the others, with measures, timing and all findings, below.
     without_findings : str
         What to do next where no finding asks for anything.
     """
+    steps = identification_steps(found) or [without_findings]
     parts: list[RenderableType] = [
         *trust_lines(found),
         *model_lines(found),
         *_budgets(found),
-        *next_lines(identification_steps(found) or [without_findings]),
+        *next_lines(whole_step(step, done) for step in steps),
         parameter_table(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
     rest = [identification_view(found)] if details else identification_remarks(found)

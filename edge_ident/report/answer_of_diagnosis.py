@@ -15,28 +15,34 @@ from edge_ident.report.answer import diagnosed_sentence, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.next_steps import blocking_steps, distinct, look_at
 from edge_ident.report.parameter_table import parameter_table
+from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
 from edge_ident.support.words import spoken
 
-_NOTHING: Final = "nothing to mend; keep this recording, to compare with later ones"
+_NOTHING: Final = "nothing to repair; keep this recording, to compare with later ones"
 _ELSEWHERE: Final = (
     "diagnose both recordings together to see in what they differ: edge-ident diagnose FIRST SECOND"
 )
 _UNKNOWN: Final = (
-    "add --output and look at the page: it shows where the error is largest; check units and sign, "
-    "and record several speeds, both ways, over the whole stroke"
+    f"see where the error is largest: {PAGE}; check units and sign, and record "
+    "several speeds, both ways, over the whole stroke"
 )
 
 
-def diagnosis_answer(found: Diagnosis, *, details: bool = False) -> Group:
+def diagnosis_answer(
+    found: Diagnosis, done: Done = NOTHING_DONE, *, details: bool = False
+) -> Group:
     """Verdict of each axis and next steps in a few lines, a table of parameters, then remarks.
 
     Parameters
     ----------
     found : Diagnosis
+    done : Done, optional
+        By the command; next steps are whole then.
     details : bool
         Evidence, alternatives, both models and what could not be tested, below.
     """
-    steps = distinct(step for name in found.axes for step in _steps(name, found))
+    every = (step for name in found.axes for step in _steps(name, found))
+    steps = distinct(whole_step(step, done) for step in every)
     parts: list[RenderableType] = []
     for name, axis in found.axes.items():
         parts += [_verdict(name, axis), *([] if details else budget_lines(axis.budget, "  "))]

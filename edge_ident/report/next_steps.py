@@ -4,18 +4,46 @@ Each step is one line, without a capital letter and without a full stop, as in a
 """
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
+from edge_ident.support.next_step import Done, whole_step
 
 if TYPE_CHECKING:
-    from edge_ident.diagnosis.result import Cause
+    from edge_ident.diagnosis.result import Cause, Diagnosis
 
+
+_Found = TypeVar("_Found", "Identification", "Diagnosis")
 MOST: Final = 3
 """Steps for one axis; more would hide the first."""
-DESIGN_GAINS: Final = "design gains from this recording: edge-ident gains"
+DESIGN_GAINS: Final = "design gains from this recording: edge-ident gains FILE"
+
+
+def with_next_steps(found: _Found, done: Done) -> _Found:
+    """The same result, its next steps whole commands without what was done already.
+
+    Terminal, page and document then say the same.
+
+    Parameters
+    ----------
+    found : Identification or Diagnosis
+    done : Done
+    """
+    axes: dict[str, Any] = {}
+    for name, axis in found.axes.items():
+        axes[name] = replace(axis, findings=_whole(axis.findings, done))
+        diagnosed = getattr(axis, "diagnosis", None)
+        if diagnosed is not None:
+            findings = _whole(diagnosed.findings, done)
+            axes[name] = replace(axes[name], diagnosis=replace(diagnosed, findings=findings))
+    return replace(found, axes=axes)
+
+
+def _whole(findings: Iterable[Finding], done: Done) -> tuple[Finding, ...]:
+    return tuple(replace(f, next_step=whole_step(f.next_step, done)) for f in findings)
 
 
 def blocking_steps(findings: Iterable[Finding]) -> list[str]:

@@ -34,10 +34,18 @@ def registers_document(
 
 
 def register_lines(chosen: Sequence[Register], values: Values, map_version: int) -> Iterator[str]:
-    """One line a register, its columns separated by tabs, after one line with the map's version."""
+    """One line a register, after one line with the map's version.
+
+    Of a board: name, value with unit, and what it is. Of the map alone: columns separated by tabs.
+    """
     yield f"map version {map_version}, CRC {MAP_CRCS[map_version]:08x}"
-    for register in chosen:
-        yield "\t".join(_line(register, values.get(register.name)))
+    if not values:
+        yield from ("\t".join(_line(register)) for register in chosen)
+        return
+    shown = [(of.name, _shown(of, values[of.name]), of) for of in chosen if of.name in values]
+    widths = [max((len(row[column]) for row in shown), default=0) for column in (0, 1)]
+    for name, value, register in shown:
+        yield f"{name:<{widths[0]}}  {value:<{widths[1]}}  {register.description}".rstrip()
 
 
 def values_text(values: Sequence[float]) -> str:
@@ -53,18 +61,22 @@ def _row(register: Register, values: tuple[float, ...] | None) -> dict[str, Any]
     return row
 
 
-def _line(register: Register, values: tuple[float, ...] | None) -> list[str]:
+def _shown(register: Register, values: tuple[float, ...]) -> str:
+    """The values as a person reads them, with their unit, and whether a board may not send them."""
+    code = code_name(register, values[0]) if register.count == 1 else None
+    whole = register.type != "f32" and register.scale == 1.0
+    digits = ".0f" if whole else ".6g"
+    text = code or " ".join(f"{value:{digits}}" for value in values)
+    unit = f" {register.unit}" if register.unit else ""
+    return text + unit + ("" if _valid(register, values) else " (invalid)")
+
+
+def _line(register: Register) -> list[str]:
+    """The columns of a register in the map."""
     kind = register.type if register.count == 1 else f"{register.type}[{register.count}]"
     limits = "" if register.minimum is None else f"{register.minimum:g}…{register.maximum:g}"
     line = [f"{register.address:#06x}", register.name, kind, f"{register.scale:g}", register.unit]
-    line += [register.access, limits]
-    if values is None:
-        return [*line, register.description]
-    code = code_name(register, values[0]) if register.count == 1 else None
-    return [
-        *line,
-        (code or values_text(values)) + ("" if _valid(register, values) else "\tinvalid"),
-    ]
+    return [*line, register.access, limits, register.description]
 
 
 def _valid(register: Register, values: tuple[float, ...]) -> bool:

@@ -1,12 +1,18 @@
 """A diagnosis as one HTML page."""
 
+import shlex
+from dataclasses import replace
 from pathlib import Path
+
+from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.report.page.axis_details import axis_details
+from edge_ident.report.page.card import Card
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.recordings_at_fault import TOGETHER
 from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.wording import sentence
 from edge_ident.support.words import listed
@@ -37,7 +43,8 @@ def write_page(
         "title": f"What {names} {says} about the machine",
         "findings": _findings(diagnosis),
         "cards": [
-            diagnosis_card(f"c{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)
+            _named(diagnosis_card(f"c{n}", name, diagnosis), provenance)
+            for n, name in enumerate(diagnosis.axes)
         ],
         "details": [
             axis_details(f"a{n}", name, diagnosis) for n, name in enumerate(diagnosis.axes)
@@ -47,6 +54,14 @@ def write_page(
     }
     document = diagnosis_document(diagnosis, model_file)
     return write_html("diagnosis.html.jinja", content, document, folder)
+
+
+def _named(card: Card, provenance: Provenance) -> Card:
+    """The card with the names of the recordings in its commands."""
+    files = [*provenance.files, *([provenance.validation] if provenance.validation else [])]
+    names = str(escape(shlex.join(name for name, _ in files)))
+    action = [Markup(str(step).replace(TOGETHER, names)) for step in card.action]
+    return replace(card, action=action)
 
 
 def _findings(diagnosis: Diagnosis) -> list[tuple[str, list[str], str]]:

@@ -1,6 +1,7 @@
 """The first screen of an axis where recordings are at fault, or differ."""
 
 from dataclasses import replace
+from typing import Final
 
 from markupsafe import Markup, escape
 
@@ -9,6 +10,9 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.report.next_steps import blocking_steps
 from edge_ident.report.page.card import Card
 from edge_ident.report.page.wording import sentence
+
+TOGETHER: Final = "FIRST SECOND"
+"""Stands for the names of the recordings, which the page knows."""
 
 
 def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
@@ -36,7 +40,7 @@ def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
         )
     if only_elsewhere(card.axis, diagnosis):
         together = Markup("Diagnose both recordings together: <code>{}</code>.").format(
-            "edge-ident diagnose FIRST SECOND"
+            f"edge-ident diagnose {TOGETHER}"
         )
         if diagnosis.axes[card.axis].causes:
             return replace(card, action=[*card.action, together])

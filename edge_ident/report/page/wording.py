@@ -94,7 +94,9 @@ def recorded(experiment: str) -> Markup:
     motion, flag, name = experiment.partition(_FLAG)
     if not flag:
         return escape(experiment)
-    return Markup("{} (with a board: <code>--motion {}</code>)").format(motion, name)
+    return Markup(
+        "{} (with a board: <code class='long'>edge-ident capture --motion {}</code>)"
+    ).format(motion, name)
 
 
 def all_of(parts: Iterable[str | Markup]) -> Markup:

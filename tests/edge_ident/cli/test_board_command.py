@@ -1,6 +1,7 @@
 """The command board: a device name that stays, and a board that remembers."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -28,6 +29,23 @@ def test_a_link_leads_to_a_board_that_keeps_its_state_between_commands(tmp_path:
             moves.append(json.loads(done.stdout)["axes"]["x"])
         assert abs(moves[1]["from_rad"] - moves[0]["reached_rad"]) < 0.01
     assert not link.is_symlink()
+
+
+def test_the_stop_of_a_board_is_pressed_by_a_command(tmp_path: Path) -> None:
+    link = tmp_path / "board"
+    pressing = ["board", "--press-stop", "--link", str(link)]
+    refused = CliRunner().invoke(app, pressing)
+    assert refused.exit_code == 3
+    assert "no board runs" in refused.stderr
+    with running([*BOARD, str(link)], errors=None) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        assert CliRunner().invoke(app, pressing).exit_code == 0
+        asked = ["registers", "status", "--device", str(link)]
+        status = CliRunner().invoke(app, asked).stdout
+    assert re.search(r"fault_code +STO\b", status)
+    assert re.search(r"sto_latched +1\b", status)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_link_takes_no_name_that_is_in_use(tmp_path: Path) -> None:

@@ -17,30 +17,26 @@ SERVES = "board --pty --link ./board"
 """Ends only with Ctrl-C: the test has a board of its own."""
 EXPORTED = {"EDGE_IDENT_DEVICE": "shared", "EDGE_IDENT_DRIVE": "machine.toml"}
 """By the page, with the board of the test."""
-TAP = "<!-- test: the stop is tapped -->"
+TAP = "board --press-stop"
+"""Is for a board in a process of its own."""
 OF_TIME = ("BAD  board clock", "BAD  jitter", "BAD  round trip", "BAD  capture")
 """What the doctor may say of a board whose time passes with the requests."""
 
 
 def steps() -> Iterator[str]:
-    """Command lines of the page's blocks, and the marks between the blocks, in their order."""
-    block_or_mark = re.compile(r"^```\n(.*?)^```|^(<!-- test: .* -->)$", re.M | re.S)
-    parts = block_or_mark.findall(whole_lines(PAGE))
-    for block, mark in parts:
-        yield from [mark] if mark else re.findall(r"^edge-ident (.+?)(?:  .*)?$", block, re.M)
+    """Command lines of the page's blocks, in their order."""
+    for block in re.findall(r"^```\n(.*?)^```", whole_lines(PAGE), re.M | re.S):
+        yield from re.findall(r"^edge-ident (.+?)(?:  .*)?$", block, re.M)
 
 
 def answer(arguments: str) -> str:
-    """What a command prints; it must end well, or say that an axis stopped short."""
+    """What a command prints; it must end well."""
     ran = CliRunner().invoke(app, arguments.split(), env=EXPORTED)
     if arguments == "doctor":
         bad = [line for line in ran.stdout.splitlines() if line.startswith("BAD")]
         assert all(line.startswith(OF_TIME) for line in bad), ran.stdout
     else:
-        short = "made less than half of its way" in ran.stderr  # with the first gains
-        assert ran.exit_code == (1 if short else 0), (
-            f"edge-ident {arguments}\n{ran.stdout}{ran.stderr}"
-        )
+        assert ran.exit_code == 0, f"edge-ident {arguments}\n{ran.stdout}{ran.stderr}"
     return ran.stdout
 
 
@@ -62,10 +58,10 @@ def test_the_page_from_its_first_command_to_its_last(
             tap_the_stop(shared)
         elif step != SERVES:
             said[step] = answer(step)
-    assert re.search(r"fault_code\b.*\bSTO$", said["registers status"], re.M)
-    assert re.search(r"timeout\b.*\b0\.8$", said["registers watchdog"], re.M)
-    # friction of 1.4 N*m and 30 N*m/rad leave the axis 0.046 rad short of 0.087
-    way = re.search(r"^x: 0\.0000 → (\S+) rad", said["home --by x=5deg --speed 0.1"], re.M)
+    assert re.search(r"fault_code +STO\b", said["registers status"], re.M)
+    assert re.search(r"timeout +0\.8 s\b", said["registers watchdog"], re.M)
+    # friction of 1.4 N*m and 30 N*m/rad leave the axis 0.046 rad short of 0.174
+    way = re.search(r"^x: 0\.0000 → (\S+) rad", said["home --by x=10deg --speed 0.1"], re.M)
     assert way
-    assert float(way[1]) == pytest.approx(0.041, abs=0.01)
+    assert float(way[1]) == pytest.approx(0.128, abs=0.01)
     assert (tmp_path / "real" / "report.html").is_file()

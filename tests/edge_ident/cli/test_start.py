@@ -1,14 +1,16 @@
 """A command starts without the others, and is the same as among them."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
-from edge_ident.cli import HOMES, app_for, settings, whole_app
+from edge_ident.cli import GROUPS, HOMES, app_for, settings, whole_app
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.simulation.simulate import simulate
 
@@ -30,7 +32,16 @@ def commands(app: typer.Typer) -> dict[str, object]:
 
 
 def test_every_command_has_a_home() -> None:
-    assert list(commands(whole_app())) == list(HOMES)
+    assert set(commands(whole_app())) == set(HOMES)
+
+
+def test_the_help_names_every_command_in_its_group() -> None:
+    """Words of the help between the titles of two groups are those of the group."""
+    text = CliRunner().invoke(whole_app(), ["--help"]).stdout
+    parts = re.split(r"^(" + "|".join(GROUPS) + r"):$", text, flags=re.M)[1:]
+    assert parts[::2] == list(GROUPS)
+    for title, part in zip(parts[::2], parts[1::2], strict=True):
+        assert set(re.findall(r"^  (\S+)", part, re.M)) == set(GROUPS[title])
 
 
 @pytest.mark.parametrize("name", [name for name in HOMES if name != "config"])

@@ -1,5 +1,7 @@
 """When an estimate is not trusted, and what the user is told."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,22 @@ def test_a_weak_inertia_is_reported_with_its_number_and_a_motion() -> None:
     assert finding.code == "weak_inertia"
     assert not finding.blocks
     assert "±20%" in finding.message
-    # 5 % instead of 20 % needs four times the rms acceleration, which is 0.70 here
-    assert "acceleration of 2.8 or more (now 0.7)" in finding.next_step
-    assert "--motion multisine" in finding.next_step
+    # 5 % instead of 20 % needs four times the rms acceleration, which is 0.70 here; that takes no
+    # more than all of the effort, of which the inertia has a fifth here
+    assert "accelerates 4 times as much: with 2.8 rms instead of 0.7" in finding.next_step
+
+
+def test_no_acceleration_is_asked_for_that_takes_more_effort_than_the_drive_gave() -> None:
+    """Of an inertia with a hundredth of the effort, known to ± 50 %: ten times the acceleration is
+    within the effort. Known to ± 20 times, or where no value is known, no number is."""
+    small = estimate(values=(0.005, *VALUES[1:]), std=(0.0025, 0.01, 0.01, 0.01))
+    [finding] = check_estimate(small, Columns(REGRESSOR), EFFORT, 0.03)
+    assert "accelerates 10 times as much" in finding.next_step
+    unknown = estimate(values=(0.001, *VALUES[1:]), std=(0.6, 0.01, 0.01, 0.01))
+    [finding] = check_estimate(unknown, Columns(REGRESSOR), EFFORT, 0.03)
+    assert finding.code == "undetermined_inertia"
+    assert "most of the effort goes into acceleration" in finding.next_step
+    assert not re.search("[0-9]", finding.next_step)
 
 
 @pytest.mark.parametrize(

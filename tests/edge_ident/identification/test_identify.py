@@ -100,7 +100,7 @@ def test_weak_inertia_is_warned_of_with_number_and_motion(network: StandIn) -> N
     axis = identify(recording(noise=0.3), network).axes["x"]
     [weak] = [finding for finding in axis.findings if finding.code.endswith("_inertia")]
     assert "±" in weak.message
-    assert "rms acceleration" in weak.next_step
+    assert "accelerates" in weak.next_step
 
 
 def test_another_motion_has_no_network_and_says_so(network: StandIn) -> None:

@@ -182,7 +182,7 @@ def test_what_another_recording_alone_contradicts_says_so() -> None:
 
 def test_a_sound_machine_needs_nothing() -> None:
     shown = block(diagnosis_answer(edge_ident.diagnose([edge_ident.simulate()])))
-    assert shown[-1] == "next: nothing to mend; keep this recording, to compare with later ones"
+    assert shown[-1] == "next: nothing to repair; keep this recording, to compare with later ones"
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_what_only_another_recording_lacks_sends_nobody_to_the_machine(tmp_path:
     quiet = replace(axis, extended=replace(axis.extended, fitted=axis.noise_floor), lines=())
     said = read(written(replace(found, axes={"x": quiet}), tmp_path)).text()
     assert "Inertia and friction explain this recording, and not the other one" in said
-    assert "edge-ident diagnose FIRST SECOND" in said
+    assert "edge-ident diagnose monday.csv" in said
 
 
 def test_names_from_files_reach_the_page_as_text_only(tmp_path: Path) -> None:
