@@ -99,9 +99,11 @@ def _app_of(modules: Iterable[str]) -> typer.Typer:
     for module in modules:
         import_module(f"{__name__}.{module}").register(app)
     panels = {name: title for title, group in GROUPS.items() for name in group}
-    for command in (*app.registered_commands, *app.registered_groups):
-        name = command.name or getattr(command.callback, "__name__", "")
+    for command in app.registered_commands:
+        name = str(command.name or getattr(command.callback, "__name__", ""))
         command.rich_help_panel = panels.get(name)
+    for group in app.registered_groups:
+        group.rich_help_panel = panels.get(str(group.name))
     return app
 
 

@@ -114,10 +114,7 @@ def board(
     if faults.reveal:
         faults.tell_alone("board", {"device": None}, hidden, results)
         return
-    if pty == (tcp is not None):
-        raise typer.BadParameter("give either --pty or --tcp PORT")
-    if link is not None and not pty:
-        raise typer.BadParameter("a link leads to a pseudo-terminal: give --pty, too")
+    _check_way(pty, tcp, link)
 
     def ready(device: str) -> None:
         if link is not None:
@@ -136,6 +133,13 @@ def board(
             identifier=commissioning.VirtualNetwork(stays=True),
             failures=failures, on_failure=say,
         )  # fmt: skip
+
+
+def _check_way(pty: bool, tcp: int | None, link: Path | None) -> None:
+    if pty == (tcp is not None):
+        raise typer.BadParameter("give either --pty or --tcp PORT")
+    if link is not None and not pty:
+        raise typer.BadParameter("a link leads to a pseudo-terminal: give --pty, too")
 
 
 @contextmanager

@@ -148,6 +148,9 @@ class FileOptions:
             "--torque-constant": self.torque_constant,
             "--delimiter": self.delimiter,
             "--decimal": self.decimal,
+            "--topic": self.topic,
+            "--effort-encoding": self.effort_encoding,
+            "--effort-shift": self.effort_shift or None,
         }
         said = [(option, str(value)) for option, value in once.items() if value is not None]
         for option, values in (

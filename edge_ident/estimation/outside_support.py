@@ -1,22 +1,25 @@
 """Where a motion leaves the range in which a model's terms were supported."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import Term
 from edge_ident.model.supported_range import SupportedRange, quantity_unit
 from edge_ident.signals.conditioning import Signals, condition
-from edge_ident.signals.given_recordings import Given, given_recording
 from edge_ident.signals.recording import AxisRecord
+
+if TYPE_CHECKING:
+    from edge_ident.model.given_model import GivenModel
+    from edge_ident.signals.given_recordings import Given
 
 Array = NDArray[np.float64]
 
 
-def outside_support(model: GivenModel, recording: Given) -> dict[str, list[Finding]]:
+def outside_support(model: "GivenModel", recording: "Given") -> dict[str, list[Finding]]:
     """Say where a recording leaves the range of a model's terms.
 
     Parameters
@@ -38,6 +41,9 @@ def outside_support(model: GivenModel, recording: Given) -> dict[str, list[Findi
     >>> edge_ident.outside_support(model, recording)
     {'x': [], 'z': []}
     """
+    from edge_ident.model.given_model import given_model
+    from edge_ident.signals.given_recordings import given_recording
+
     model, recording = given_model(model), given_recording(recording, "compare with a model")
     found = {}
     for name, axis in recording.axes.items():

@@ -23,12 +23,10 @@ from edge_ident.identification.in_step import SMALLEST_SHIFT, in_step
 from edge_ident.identification.long_recordings import at_needed_rate
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
-from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import Estimate, Model
 from edge_ident.model.timing import NO_SHIFT
 from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.decimation import LONG
-from edge_ident.signals.given_recordings import Given, given_recording
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import Recording
@@ -36,15 +34,17 @@ from edge_ident.support.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis
+    from edge_ident.model.given_model import GivenModel
+    from edge_ident.signals.given_recordings import Given
 
 Progress = Callable[[str, int, int], None]
 
 
 def identify(
-    recording: Given | Iterable[Given],
+    recording: "Given | Iterable[Given]",
     network: Network | str | PathLike[str] | None = None,
     *,
-    model: GivenModel | None = None,
+    model: "GivenModel | None" = None,
     seed: int = 0,
     diagnose: bool = True,
     diagnosed: "Mapping[str, AxisDiagnosis] | None" = None,
@@ -94,8 +94,7 @@ def identify(
     >>> round(float(inertia), 2), found.axes["x"].units[0]
     (0.43, 'kg*m^2')
     """
-    recording = given_recording(recording, "identify")
-    model = None if model is None else given_model(model)
+    recording, model = _given(recording, model)
     network = None if network is None else given_network(network)
     check_usable(recording)
     watch = stopwatch or Stopwatch()
@@ -118,6 +117,21 @@ def identify(
                 axes[name] = answer(_in_step_as_diagnosed(estimates, outcome, model), outcome)
             del estimates
     return Identification(axes, watch.timing_ms())
+
+
+def _given(
+    recording: "Given | Iterable[Given]", model: "GivenModel | None"
+) -> tuple[Recording, Model | None]:
+    """The recording and the model that are meant; what finds that out loads where it has to."""
+    if not isinstance(recording, Recording):
+        from edge_ident.signals.given_recordings import given_recording
+
+        recording = given_recording(recording, "identify")
+    if model is None:
+        return recording, None
+    from edge_ident.model.given_model import given_model
+
+    return recording, given_model(model)
 
 
 def _network_batches(recording: Recording) -> list[list[str]]:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
-from edge_ident.model.effects import named
 from edge_ident.support.next_step import Done, whole_step
 
 if TYPE_CHECKING:
@@ -53,6 +52,8 @@ def blocking_steps(findings: Iterable[Finding]) -> list[str]:
 
 def look_at(name: str, causes: "Iterable[Cause]") -> str:
     """Where to look at the machine for what was found on an axis; empty without causes."""
+    from edge_ident.model.effects import named  # a sound axis does without
+
     parts = distinct(named(cause.term.effect).advice.part for cause in causes)
     return f"on axis {name}, look at: {'; '.join(parts[:MOST])}" if parts else ""
 

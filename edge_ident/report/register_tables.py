@@ -42,10 +42,11 @@ def register_lines(chosen: Sequence[Register], values: Values, map_version: int)
     if not values:
         yield from ("\t".join(_line(register)) for register in chosen)
         return
-    shown = [(of.name, _shown(of, values[of.name]), of) for of in chosen if of.name in values]
-    widths = [max((len(row[column]) for row in shown), default=0) for column in (0, 1)]
-    for name, value, register in shown:
-        yield f"{name:<{widths[0]}}  {value:<{widths[1]}}  {register.description}".rstrip()
+    shown = {of.name: _shown(of, values[of.name]) for of in chosen if of.name in values}
+    names, texts = (max(map(len, each), default=0) for each in (shown, shown.values()))
+    for register in chosen:
+        if (text := shown.get(register.name)) is not None:
+            yield f"{register.name:<{names}}  {text:<{texts}}  {register.description}".rstrip()
 
 
 def values_text(values: Sequence[float]) -> str:

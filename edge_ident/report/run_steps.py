@@ -34,7 +34,7 @@ def axis_steps(axis: AxisIdentification, outcome: Outcome, device: str | None = 
     """After a run, of one axis."""
     if outcome.answer.ending is Ending.CONTRADICTORY:
         steps = blocking_steps(axis.findings)
-        return steps or ["mend what is wrong on the other axis, then run again"]
+        return steps or ["correct what is wrong on the other axis, then run again"]
     return [_gains(outcome, device)]
 
 

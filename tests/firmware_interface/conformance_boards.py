@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -59,6 +59,8 @@ def _make(source: Path, folder: Path, targets: tuple[str, ...], tools: tuple[str
     for tool in tools:
         if shutil.which(tool) is None:
             pytest.skip(f"what is built from {source.name} needs {tool}")
+    with suppress(OSError):
+        folder.rmdir()  # an empty one: as in a clean clone, make has to make it
     command = ["make", "-j2", "-C", str(source), f"BUILD={folder}", *targets]
     built = subprocess.run(command, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr

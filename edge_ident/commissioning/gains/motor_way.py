@@ -69,6 +69,6 @@ def unseen_load(designs: Mapping[str, GainDesign]) -> str:
     if not axes:
         return ""
     return (
-        f"; axis {', '.join(axes)}: this compares the motor with its way, which leads by half the "
-        "play; whether the load follows better, the encoder on the motor cannot show"
+        f"; axis {', '.join(axes)}: the error is that of the motor, which leads by half the play; "
+        "its encoder cannot show whether the load follows better"
     )

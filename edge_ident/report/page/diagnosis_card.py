@@ -237,7 +237,7 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     if motion:
         steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
     elif axis.causes and name not in diagnosis.validation:
-        steps.append(Markup("To be surer, add another recording (<code>--validate</code>)."))
+        steps.append(Markup("To confirm it, add a second recording: <code>--validate</code>."))
     return steps or [
         Markup(
             "Look at the picture: it shows where the error is largest. Check units and sign of "

@@ -44,7 +44,7 @@ def tracking_chart(key: str, name: str, before: Recording, after: Recording | No
         across(np.concatenate([layer.x for layer in layers])),
         Scale(0.6 * float(np.min(every)), 1.3 * float(np.max(every)), "log"),
         tuple(layers),
-        caption="Each step upwards is ten times the error.",
+        caption="Logarithmic scale: from one number to the next, the error is ten times larger.",
     )
 
 

@@ -126,7 +126,7 @@ def _action(survey: Survey) -> list[Markup]:
         page = Markup('Read its own page: <code class="long">{}</code>')
         return [again.format(names[0]), page.format(command)]
     if survey.failed:
-        return [Markup("Mend the recordings without a result, and run the survey again.")]
+        return [Markup("Correct the recordings without a result, and run the survey again.")]
     return [Markup("Nothing.") if survey.trusted else Markup("See which results are not trusted.")]
 
 
