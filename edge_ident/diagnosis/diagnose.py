@@ -16,6 +16,7 @@ from edge_ident.diagnosis.prepare.parts import in_parts
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
+from edge_ident.estimation.tracking_check import check_tracking
 from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.given_recordings import Given, given_recording, given_recordings
@@ -101,7 +102,8 @@ def diagnose(
         template = _template(parts[0], name, model)
         found, validation = diagnose_axis(AxisProblem(parts, name, template, others, rules, told))
         given = replace(found.traces, recording=np.array(places)[found.traces.file])
-        axes[name] = replace(found, findings=(*said, *also_said, *found.findings), traces=given)
+        told_first = (*said, *also_said, *check_tracking(every, name))
+        axes[name] = replace(found, findings=(*told_first, *found.findings), traces=given)
         if validation is not None:
             validations[name] = validation
     on_progress("diagnosis", len(names), len(names))

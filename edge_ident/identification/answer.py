@@ -28,6 +28,7 @@ from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of
+from edge_ident.estimation.tracking_check import check_tracking
 from edge_ident.estimation.trust import (
     Finding,
     check_estimate,
@@ -38,7 +39,12 @@ from edge_ident.estimation.trust import (
 from edge_ident.estimation.used_data import describe_data
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.compared_signals import ComparedSignals
-from edge_ident.identification.findings import describe_model, describe_scales, of_effort, said_once
+from edge_ident.identification.findings import (
+    describe_model,
+    describe_scales,
+    of_effort,
+    said_once,
+)
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
 from edge_ident.model.supported_range import SupportedRange
@@ -224,6 +230,7 @@ def _findings(
     findings += of_effort(known.signals, estimates.part, recording.source, extended=extended)
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
     findings += with_timing(doubts, estimates.timing)
+    findings += check_tracking([recording], name)
     return findings + describe_scales(recording, name, chosen.estimate.parameters[0])
 
 

@@ -11,6 +11,7 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.scale_checks import check_inertia, check_scale
+from edge_ident.signals.tracking import OFF
 from edge_ident.support.next_step import PAGE
 from edge_ident.support.words import listed, spoken
 
@@ -134,7 +135,7 @@ def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
     """
     kept: dict[tuple[str, str], Finding] = {}
     for finding in findings:
-        numbers_differ = finding.code.startswith(("negative_", "effort_"))
+        numbers_differ = finding.code.startswith(("negative_", "effort_", OFF))
         same = (finding.code, "" if numbers_differ else finding.message)
         if same not in kept or finding.blocks:
             kept[same] = finding

@@ -11,6 +11,7 @@ from edge_ident.diagnosis.present.tables import diagnosis_view
 from edge_ident.diagnosis.present.wording import only_elsewhere, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.estimation.tracking_check import off_reference
 from edge_ident.report.answer import diagnosed_sentence, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.next_steps import blocking_steps, distinct, look_at
@@ -45,6 +46,8 @@ def diagnosis_answer(
     steps = distinct(whole_step(step, done) for step in every)
     parts: list[RenderableType] = []
     for name, axis in found.axes.items():
+        off = off_reference(axis.findings)
+        parts += [] if off is None else [labelled(f"axis {name}", off.message, "bold yellow")]
         parts += [_verdict(name, axis), *([] if details else budget_lines(axis.budget, "  "))]
     parts += [*_forbidden(found), *_validated(found)]
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
@@ -76,6 +79,8 @@ def _steps(name: str, found: Diagnosis) -> Iterator[str]:
     axis = found.axes[name]
     mends = blocking_steps(axis.findings)
     yield from mends
+    if (off := off_reference(axis.findings)) is not None:
+        yield off.next_step
     yield look_at(name, axis.causes)
     for cause in axis.causes[:1]:
         for other in cause.inseparable[:1]:
@@ -88,4 +93,8 @@ def _steps(name: str, found: Diagnosis) -> Iterator[str]:
 def _remarks(found: Diagnosis) -> Iterator[Text]:
     for finding in found.data_quality:
         yield labelled(finding.code, f"axis {finding.axis}: {finding.message}", "yellow")
-    yield from remarks({name: axis.findings for name, axis in found.axes.items()})
+    others = {
+        name: tuple(f for f in axis.findings if f is not off_reference(axis.findings))
+        for name, axis in found.axes.items()
+    }
+    yield from remarks(others)

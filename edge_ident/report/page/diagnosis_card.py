@@ -9,6 +9,7 @@ from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.estimation.tracking_check import off_reference
 from edge_ident.model.effects import named
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
@@ -66,6 +67,8 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
     status, label = _STATUS[axis.verdict]
     if axis.verdict is Verdict.UNEXPLAINED and axis.causes:
         label = "partly explained"
+    if axis.verdict is Verdict.ADEQUATE and off_reference(axis.findings):
+        status, label = "found", "off its reference"
     follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
     card = Card(
         axis=name,
@@ -96,6 +99,9 @@ def in_words(causes: Iterable[Cause]) -> list[str]:
 
 def _verdict(axis: AxisDiagnosis) -> Markup:
     found = in_words(axis.causes)
+    off = off_reference(axis.findings)
+    if axis.verdict is Verdict.ADEQUATE and off is not None:
+        return Markup("The effort is that of the motion, but {}.").format(off.message)
     if axis.verdict is Verdict.ADEQUATE:
         return Markup("Nothing is wrong that this recording can show.")
     causes = _listed(found)
@@ -227,6 +233,9 @@ def _at(cause: Cause) -> Markup:
 
 def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     axis = diagnosis.axes[name]
+    off = off_reference(axis.findings)
+    if axis.verdict is Verdict.ADEQUATE and off is not None:
+        return [escape(sentence(off.next_step))]
     if axis.verdict is Verdict.ADEQUATE:
         said = [Markup("Nothing. Keep this recording, to compare with later ones.")]
         if axis.not_testable:
