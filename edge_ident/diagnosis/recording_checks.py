@@ -136,7 +136,7 @@ def _checked(recording: Recording, name: str) -> list[Finding]:
     part = least_squares.estimation_part(signals)
     effort = signals.effort[part.samples]
     doubts = check_estimate(least_squares.fit(signals, part), part.columns, effort, 0.0)
-    return check_effort(signals, part, recording.source) + _doubts(doubts)
+    return check_effort(signals, part) + _doubts(doubts)
 
 
 def _doubts(doubts: Sequence[Finding]) -> list[Finding]:

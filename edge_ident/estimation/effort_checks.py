@@ -4,7 +4,6 @@ The checks know no particular machine. They rest on what holds for all: a mass r
 takes energy out of the motion, and an effort that moves an axis follows from the motion.
 """
 
-from shlex import quote
 from typing import Final
 
 import numpy as np
@@ -63,7 +62,7 @@ _RANK: Final = 1e-9
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_effort(signals: Signals, part: EstimationPart, source: str = "") -> list[Finding]:
+def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
     """Findings against the effort of an axis; the most telling alone, because it explains others.
 
     Parameters
@@ -71,14 +70,12 @@ def check_effort(signals: Signals, part: EstimationPart, source: str = "") -> li
     signals : Signals
     part : EstimationPart
         What to judge by.
-    source : str, optional
-        File of the recording, for the command that is the next step.
     """
     columns, effort = part.columns, signals.effort[part.samples]
     return (
         _copy_of_velocity(columns.values[:, 1], effort)
         or _wrong_sign(columns, effort)
-        or _recorded_late(signals, part.samples, source)
+        or _recorded_late(signals, part.samples)
         or _unrelated(columns, effort)
     )
 
@@ -153,7 +150,7 @@ def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
     ]
 
 
-def _recorded_late(signals: Signals, part: NDArray[np.intp], source: str) -> list[Finding]:
+def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     """An effort that fits the motion only a good while earlier or later.
 
     At one frequency a shift is any phase, and a spring, a hysteresis or a vibration in the loop
@@ -192,7 +189,7 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp], source: str) -> lis
             "effort_late",
             f"the effort is {_late(late_s)}. With that, {misses}. {_reasons(late_s, judged)}",
             "record both at once, or say when the effort acted: "
-            f"edge-ident identify {quote(source or 'FILE')} --effort-shift {-late_s:.2g}",
+            f"edge-ident identify FILE --effort-shift {-late_s:.2g}",
             blocks=judged,
             contradicts=judged,
         )

@@ -227,7 +227,7 @@ def _findings(
     findings += departures(known.effects, seen, recording.axes[name])
     findings += tied_to_time(known.tied_to_time)
     extended = chosen.source is ParameterSource.EXTENDED_MODEL
-    findings += of_effort(known.signals, estimates.part, recording.source, extended=extended)
+    findings += of_effort(known.signals, estimates.part, extended=extended)
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
     findings += with_timing(doubts, estimates.timing)
     findings += check_tracking([recording], name)

@@ -81,12 +81,9 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
     ]
 
 
-def of_effort(
-    signals: Signals, part: EstimationPart, source: str, *, extended: bool
-) -> list[Finding]:
+def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[Finding]:
     """Findings against the effort; what the base model explains of it is no doubt about another."""
-    found = check_effort(signals, part, source)
-    return [f for f in found if not (extended and f.code == UNRELATED)]
+    return [f for f in check_effort(signals, part) if not (extended and f.code == UNRELATED)]
 
 
 def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
