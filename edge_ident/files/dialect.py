@@ -16,6 +16,9 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from edge_ident.errors import DataError
 from edge_ident.files.opening import open_bytes
 
@@ -136,6 +139,16 @@ def seconds_of_stamp(cell: str) -> float:
     seconds = 3600.0 * int(match["hour"]) + 60.0 * int(match["minute"]) + int(match["second"])
     seconds += int(part) / 10.0 ** len(part) if part else 0.0
     return seconds + (DAY_S * _day_number(match["day"]) if match["day"] else 0.0)
+
+
+def since_first(times: NDArray[np.float64]) -> None:
+    """Count times of day from the first on, past midnight too."""
+    known = ~np.isnan(times)
+    if not np.any(known):
+        return
+    times -= times[known][0]
+    days = np.cumsum(np.diff(times[known], prepend=0.0) < -0.5 * DAY_S)
+    times[known] += DAY_S * days
 
 
 @cache

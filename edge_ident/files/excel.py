@@ -9,9 +9,9 @@ import numpy as np
 
 from edge_ident.errors import DataError
 from edge_ident.files.archives import open_archive, refuse_document_types
-from edge_ident.files.dialect import Dialect, width_of
+from edge_ident.files.dialect import Dialect, seconds_of_stamp, since_first, width_of
 from edge_ident.files.extras import needed, reading
-from edge_ident.files.layout import lay_out, stated_period
+from edge_ident.files.layout import Layout, lay_out, stated_period
 from edge_ident.files.table import Table, make_columns
 from edge_ident.support.limits import (
     MOST_CELLS,
@@ -48,25 +48,52 @@ def read_xlsx(path: Path) -> Table:
     check_table(width, len(rows))
     layout = lay_out(str(path), rows, width, _WRITTEN.is_value)
     table = [(i, row) for i, row in rows if i >= layout.first_row]
-    for number, row in table:
-        for c in layout.numeric:
-            if c >= len(row) or not row[c] or not _WRITTEN.is_value(row[c]):
-                raise DataError(
-                    f"{path}, row {number}, column {layout.headings[c]}: "
-                    f"{brief(row[c] if c < len(row) else '')} is not a number",
-                    "correct the cell, or remove the row",
-                )
-    values = np.array([[float(row[c]) for c in layout.numeric] for _, row in table]).T
+    values = np.array([_values(path, layout, number, row) for number, row in table]).T
+    values = np.ascontiguousarray(values)
+    stamps = [c for c in layout.numeric if any(_is_stamp(row, c) for _, row in table)]
+    for place, c in enumerate(layout.numeric):
+        if c in stamps:
+            since_first(values[place])
     columns = make_columns(
         (layout.headings[c] for c in layout.numeric),
-        np.ascontiguousarray(values),
-        (layout.units[c] for c in layout.numeric),
+        values,
+        ("s" if c in stamps else layout.units[c] for c in layout.numeric),
+        sparse=True,
     )
     period_s = stated_period(layout.header)
     return Table(
         str(path), columns, f"sheet {title}, {layout}", layout.first_row, layout.header,
         period_s=period_s,
     )  # fmt: skip
+
+
+def _values(path: Path, layout: Layout, number: int, row: list[str]) -> list[float]:
+    """The numbers of a row; NaN for an empty cell, and infinity for one that is none.
+
+    Raises
+    ------
+    DataError
+        A cell is text.
+    """
+    values = []
+    for c in layout.numeric:
+        cell = row[c] if c < len(row) else ""
+        if not _WRITTEN.is_value(cell):
+            raise DataError(
+                f"{path}, row {number}, column {layout.headings[c]}: {brief(cell)} is not a number",
+                "correct the cell, or remove the row",
+            )
+        if _WRITTEN.is_number(cell):
+            values.append(float(cell))
+        elif _WRITTEN.is_stamp(cell):
+            values.append(seconds_of_stamp(cell))
+        else:
+            values.append(np.inf if "nan" in cell.lower() or "inf" in cell.lower() else np.nan)
+    return values
+
+
+def _is_stamp(row: list[str], c: int) -> bool:
+    return c < len(row) and _WRITTEN.is_stamp(row[c])
 
 
 def _rows(given: Iterable[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]]:

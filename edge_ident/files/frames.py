@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -80,7 +81,10 @@ def read_parquet(path: Path) -> Table:
                 arrays |= _places(field.name, held, _names_of_places(path, field.name))
             else:
                 arrays[field.name] = _NOTHING if held is None else _values(held, field)
-    return series(str(path), arrays, "Parquet")
+    empty = {name for name in table.column_names if table.column(name).null_count}
+    made = series(str(path), arrays, "Parquet")
+    columns = tuple(replace(c, sparse=c.heading in empty) for c in made.columns)
+    return replace(made, columns=columns)
 
 
 def _is_list(field: Any) -> bool:

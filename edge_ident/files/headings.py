@@ -23,6 +23,9 @@ _BY_NAME: Final = {
     "n": "N",
     "rad_s": "rad/s",
     "m_s": "m/s",
+    "deg_s": "deg/s",
+    "mm_s": "mm/s",
+    "rev_s": "rev/s",
     "c": "°C",
 }
 """Lower-case units after an underscore, as the contract writes them."""

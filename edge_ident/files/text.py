@@ -17,12 +17,12 @@ from edge_ident.files.bad_cells import bad_cell
 from edge_ident.files.dialect import (
     BLANK,
     BLANKS,
-    DAY_S,
     DELIMITERS,
     Dialect,
     find_dialect,
     read_head,
     seconds_of_stamp,
+    since_first,
     split,
     width_of,
 )
@@ -95,7 +95,7 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     units = ["s" if c in stamps else layout.units[c] for c in layout.numeric]
     for row, column in enumerate(layout.numeric):
         if column in stamps:
-            _since_first(values[row])
+            since_first(values[row])
     columns = make_columns(headings, values, units, sparse=sparse)
     texts = {
         layout.headings[c]: {cells[c] for cells in held}
@@ -107,16 +107,6 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
         tuple(f"{heading} (no numbers)" for heading in texts),
         stated_period(layout.header), joint_names(texts.items()),
     )  # fmt: skip
-
-
-def _since_first(times: Array) -> None:
-    """Count times of day from the first on, past midnight too."""
-    known = ~np.isnan(times)
-    if not np.any(known):
-        return
-    times -= times[known][0]
-    days = np.cumsum(np.diff(times[known], prepend=0.0) < -0.5 * DAY_S)
-    times[known] += DAY_S * days
 
 
 def _open_end(rows: Sequence[tuple[int, list[str]]], width: int) -> bool:

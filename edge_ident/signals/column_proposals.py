@@ -65,6 +65,8 @@ def propose_axes(
         efforts = [r for r in read if _is_effort(r) and not r.role.quantity]
         asked += [f"is {r.heading} the effort? Only its unit suggests it" for r in efforts]
     if not positions or not efforts:
+        positions, efforts, asked = _by_elimination(read, positions, efforts, asked)
+    if not positions or not efforts:
         lacks = "a position" if not positions else "an effort"
         others = [r for r in read if r.role.quantity not in _NO_POSITION and not is_speed(r.unit)]
         proposed, more = _by_course(others, options)
@@ -78,6 +80,35 @@ def propose_axes(
         proposed |= of_axis | _optional(read, position, of_axis[position.heading], axis)
         asked += about
     return proposed, asked + more
+
+
+def _by_elimination(
+    read: Sequence[ReadColumn],
+    positions: list[ReadColumn],
+    efforts: list[ReadColumn],
+    asked: list[str],
+) -> tuple[list[ReadColumn], list[ReadColumn], list[str]]:
+    """Take the one column that says nothing for the position or the effort that is missing."""
+    silent = [r for r in read if not r.role.quantity and r.unit is None and _changes(r)]
+    if len(silent) != 1 or not (positions or efforts):
+        return positions, efforts, asked
+    what, named = ("effort", "effort") if positions else ("position", "position")
+    (only,) = silent
+    found = [
+        replace(only, role=replace(only.role, quantity=named, axis=_axis_of(positions or efforts)))
+    ]
+    asked = [*asked, f"is {only.heading} the {what}? No other column is left"]
+    return (positions, found, asked) if positions else (found, efforts, asked)
+
+
+def _axis_of(columns: Sequence[ReadColumn]) -> tuple[str, ...]:
+    return columns[0].role.axis
+
+
+def _changes(read: ReadColumn) -> bool:
+    """Whether a column is neither constant nor a counter."""
+    steps = np.diff(read.column.values[~np.isnan(read.column.values)])
+    return bool(np.any(steps != 0.0)) and not bool(np.all(steps == 1.0))
 
 
 def _of_formula(read: ReadColumn, columns: Sequence[ReadColumn]) -> ReadColumn:

@@ -103,6 +103,12 @@ def role_of(name: str) -> Role:
     return Role(quantity, commanded, tuple(axis))
 
 
+def is_time(name: str, unit: str | None) -> bool:
+    """Whether a name is that of a time: also `time_position`, where its unit in SI is s."""
+    found = {_quantity(match.lower())[0] for match in _TOKEN.findall(name)}
+    return role_of(name).quantity == "time" or (unit == "s" and "time" in found)
+
+
 def _quantity(token: str) -> tuple[str, str]:
     """The quantity that a word names, and what of the word names an axis."""
     for quantity, stems in _STEMS.items():

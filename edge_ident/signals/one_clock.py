@@ -15,7 +15,8 @@ from edge_ident.errors import DataError
 from edge_ident.files.clocks import Series, merged
 from edge_ident.files.headings import without_repetition
 from edge_ident.files.table import Column, Table
-from edge_ident.signals.column_roles import role_of
+from edge_ident.files.units import known_unit
+from edge_ident.signals.column_roles import is_time
 from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import quantile
@@ -189,7 +190,8 @@ def with_own_clocks(table: Table) -> Table:
 
 
 def _is_time(column: Column) -> bool:
-    return role_of(without_repetition(column.name)).quantity == "time"
+    unit = None if column.unit is None else known_unit(column.unit)
+    return is_time(without_repetition(column.name), None if unit is None else unit.base)
 
 
 def _differ(times: Sequence[Column]) -> bool:

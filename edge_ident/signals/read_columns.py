@@ -7,7 +7,7 @@ from typing import Final
 from edge_ident.files.headings import split_unknown
 from edge_ident.files.table import Column
 from edge_ident.files.units import Unit, stated_unit
-from edge_ident.signals.column_roles import Role, role_of
+from edge_ident.signals.column_roles import Role, is_time, role_of
 
 LENGTHS: Final = ("m", "rad")
 _UNIT: Final = "UNIT"
@@ -92,6 +92,8 @@ def read_columns(
             role, unknown = role_of(column.name), None
         else:
             role, unknown = role_of(name), text if column.unit is None else None
+        if unit is not None and is_time(column.name, unit.base):
+            role = Role("time", False, ())
         axis = tuple((names or {}).get(token, token) for token in role.axis)
         read.append(ReadColumn(column, replace(role, axis=axis), unit, unknown))
     return read

@@ -5,6 +5,9 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from numpy.typing import NDArray
 
@@ -176,3 +179,36 @@ def test_an_xml_trace_is_named(tmp_path: Path) -> None:
     path.write_text('<?xml version="1.0"?>\n<Trace><Value>1,2</Value></Trace>\n')
     with pytest.raises(DataError, match="XML"):
         edge_ident.load_recording(path)
+
+
+def test_channels_whose_times_have_names_of_their_own(tmp_path: Path) -> None:
+    slow = TIME_S[::2]
+    cells = [text(TIME_S), text(position(TIME_S)), text(slow), text(effort(slow))]
+    padded = [column + [""] * (len(TIME_S) - len(column)) for column in cells]
+    path = tmp_path / "side.csv"
+    head = "Time_pos [s],Position [rad],Time_torque [s],Torque [Nm]\n"
+    path.write_text(head + lines(*padded))
+    check(path, 0.002)
+
+
+def test_empty_cells_and_dates_of_a_spreadsheet(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    book.active.append(["timestamp", "position [rad]", "torque [Nm]"])
+    for k, t in enumerate(TIME_S[:600].tolist()):
+        values = [None, None] if k == 7 else [float(position(t)), float(effort(t))]
+        book.active.append([BEGIN + timedelta(seconds=t), *values])
+    path = tmp_path / "book.xlsx"
+    book.save(path)
+    found = edge_ident.inspect_recording(path)
+    assert found.done == ("1 row has an empty cell, the first in row 9: left out",)
+    recording = found.recording()
+    assert np.max(np.abs(recording.axes["x"].position - position(recording.time_s))) < 0.02
+
+
+def test_null_in_parquet_is_an_empty_cell(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    held = [None if k == 3 else v for k, v in enumerate(effort(TIME_S).tolist())]
+    columns = {"time_s": TIME_S, "x_position_rad": position(TIME_S), "x_torque_nm": held}
+    pq.write_table(pa.table(columns), path)
+    assert edge_ident.inspect_recording(path).done == ("1 row has an empty cell: left out",)
+    check(path, 0.001)

@@ -331,3 +331,20 @@ def test_whole_numbers_without_a_unit_are_counts(tmp_path: Path) -> None:
     )
     read = edge_ident.load_recording(path, options=options).axes["x"]
     np.testing.assert_allclose(read.position, GOOD.position, atol=1e-4)
+
+
+def test_the_one_column_that_is_left_is_asked_about(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "a.csv",
+        {
+            "t [s]": GOOD.time_s,
+            "joint.0.pos-fb": GOOD.position,
+            "joint.0.pos-cmd": GOOD.position,
+            "pid.0.output": GOOD.effort,
+        },
+    )
+    found = edge_ident.inspect_recording(path)
+    assert found.questions[0] == "is pid.0.output the effort? No other column is left"
+    read = accepted(path).axes["x"]
+    np.testing.assert_allclose(read.effort, GOOD.effort, rtol=1e-12)
+    assert read.reference is not None
