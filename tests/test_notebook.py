@@ -9,7 +9,7 @@ NOTEBOOK = FOLDER / "python_interface.ipynb"
 CHECKS = """
 (cause,) = diagnosis.axes["x"].causes
 assert cause.term.effect == "stribeck_friction"
-assert not base.trusted
+assert not base.axes["x"].adequacy.adequate
 assert designs.axes["x"].phase_margin_deg > 45.0
 """
 

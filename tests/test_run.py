@@ -132,7 +132,7 @@ def test_a_recorded_capture_is_identified_alike(virtual_run: tuple[dict, Path]) 
     done = edge_ident("identify", folder / "capture.npz", "--json")
     assert done.returncode == 0, done.stderr
     again = json.loads(done.stdout)
-    assert again["schema"] == "edge-ident/identification/1"
+    assert again["schema"] == "edge-ident/identification/2"
     assert {"load", "signals", "cnn", "estimate", "total"} <= again["timing_ms"].keys()
     for axis, found in document["identification"]["axes"].items():
         for name, value in found["parameters"].items():

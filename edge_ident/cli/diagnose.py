@@ -125,7 +125,7 @@ def diagnose(
         say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.answer(lambda: report.diagnosis_answer(found, done, details=details))
-    if not found.understood:
+    if not found.conclusive:
         raise typer.Exit(UNTRUSTED)
 
 

@@ -61,5 +61,5 @@ def identify(
         save_result_model(found.model, [recording.file], results.output, known)
     results.deliver(report.identification_document(found), "identification.json")
     results.answer(lambda: report.identification_answer(found, done, details=details))
-    if not found.trusted:
+    if not found.shows_something:
         raise typer.Exit(UNTRUSTED)

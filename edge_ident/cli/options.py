@@ -140,7 +140,7 @@ NoDiagnose = Annotated[
     typer.Option(
         "--no-diagnose",
         envvar="EDGE_IDENT_NO_DIAGNOSE",
-        help="Do not diagnose an axis whose base model is inadequate; its result is not trusted.",
+        help="Do not diagnose an axis whose base model is inadequate; the intervals are wider.",
     ),
 ]
 Seed = Annotated[

@@ -13,9 +13,8 @@ import numpy as np
 
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking
-from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.identification.result import AxisIdentification, Identification, known_sentence
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model
-from edge_ident.support.words import listed, spoken
 
 
 class Ending(StrEnum):
@@ -72,10 +71,7 @@ class AxisAnswer:
     @property
     def sentence(self) -> str:
         """What is known, in words."""
-        if not self.unknown:
-            return "every parameter is known"
-        known = f"known: {listed(map(spoken, self.known))}; " if self.known else ""
-        return f"{known}not known: {listed(map(spoken, self.unknown))}"
+        return known_sentence(self.known, self.unknown)
 
 
 @dataclass(frozen=True)

@@ -281,6 +281,11 @@ class Diagnosis(Readable):
         return {name: axis.budget for name, axis in self.axes.items()}
 
     @property
+    def conclusive(self) -> bool:
+        """Whether nothing about the data forbids to name causes; a rest without a name does not."""
+        return not any(finding.blocks for axis in self.axes.values() for finding in axis.findings)
+
+    @property
     def model(self) -> Model:
         """The extended models of all axes as one model."""
         return Model({name: axis.model for name, axis in self.axes.items()})

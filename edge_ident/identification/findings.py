@@ -42,7 +42,7 @@ def describe_model(
                 "not_diagnosed",
                 f"{adequacy.reason}; this could not be diagnosed: {outcome.cause}",
                 f"{outcome.next_step}; the intervals include what parts of the motion change",
-                blocks=not adequacy.tolerable,
+                blocks=False,
             )
         ]
     if outcome is None:
@@ -51,7 +51,7 @@ def describe_model(
                 "base_inadequate",
                 adequacy.reason,
                 f"have it diagnosed: {PAGE}",
-                blocks=True,
+                blocks=False,
             )
         ]
     said = extended or outcome.verdict is Verdict.UNEXPLAINED
@@ -76,7 +76,7 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
             "chosen among many, and the deviations do not know of that",
             "let another motion confirm it: edge-ident diagnose FILE --validate OTHER --output "
             "DIR, then edge-ident identify FILE --model DIR/model.json",
-            blocks=True,
+            blocks=False,
         )
     ]
 
@@ -105,7 +105,7 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
                 "unexplained",
                 findings_sentence(diagnosed),
                 f"see on its page what is left, and where: {PAGE}",
-                blocks=True,
+                blocks=False,
             )
         ]
     found = listed(

@@ -1,6 +1,6 @@
 """What an identification says: parameters, whether to trust them, and a model."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -156,8 +156,9 @@ class AxisIdentification:
 
     @property
     def trusted(self) -> bool:
-        """Whether nothing found forbids acting on the estimate."""
-        return not any(finding.blocks for finding in self.findings)
+        """Whether the data agree with themselves and every parameter is known; what the model does
+        not explain is in the intervals."""
+        return not self._blocking
 
     @property
     def consistent(self) -> bool:
@@ -180,9 +181,10 @@ class AxisIdentification:
     def _blocking(self) -> tuple[Finding, ...]:
         return tuple(finding for finding in self.findings if finding.blocks)
 
-    def _known(self, estimate: Estimate, codes: Iterable[str]) -> tuple[bool, ...]:
+    def _known(self, estimate: Estimate, codes: Sequence[str]) -> tuple[bool, ...]:
         doubted = [code for code in codes if code.startswith(OF_PARAMETERS)]
-        sure = self.consistent and "inseparable" not in doubted
+        # what is no doubt about single parameters is one about all
+        sure = doubted == list(codes) and "inseparable" not in doubted
         sizes = np.abs(estimate.parameters)
         sizes[-1] = sizes[-2]
         narrow = NORMAL_95 * estimate.std < sizes
@@ -190,6 +192,14 @@ class AxisIdentification:
             bool(sure and narrow[n] and not any(code.endswith(name) for code in doubted))
             for n, name in enumerate(PARAMETERS)
         )
+
+
+def known_sentence(known: Sequence[str], unknown: Sequence[str]) -> str:
+    """Which parameters are known, and which are not."""
+    if not unknown:
+        return "every parameter is known"
+    said = f"known: {listed(map(spoken, known))}; " if known else ""
+    return f"{said}not known: {listed(map(spoken, unknown))}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -219,6 +229,11 @@ class Identification(Readable):
     def trusted(self) -> bool:
         """Whether every axis is."""
         return all(axis.trusted for axis in self.axes.values())
+
+    @property
+    def shows_something(self) -> bool:
+        """Whether at least one parameter of every axis is known."""
+        return all(any(axis.effective_known) for axis in self.axes.values())
 
     @property
     def consistent(self) -> bool:

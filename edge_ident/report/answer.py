@@ -11,9 +11,9 @@ from rich.text import Text
 
 from edge_ident.diagnosis.error_budget import budget_lines
 from edge_ident.diagnosis.present.wording import verdict_sentence
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import AxisIdentification, Identification
+from edge_ident.identification.result import AxisIdentification, Identification, known_sentence
+from edge_ident.model.model import PARAMETERS
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.identification_tables import identification_view
 from edge_ident.report.next_steps import DESIGN_GAINS, identification_steps
@@ -79,14 +79,17 @@ def distrusted_line(said: str) -> Text:
 
 
 def trust_lines(found: Identification) -> Iterator[Text]:
-    """What speaks against an axis, a line for each; then the axes that are trusted."""
+    """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
+    axes that are trusted."""
     for name, axis in found.axes.items():
-        told = model_sentence(axis)
         for finding in axis.findings:
             if finding.blocks:
-                known = finding.code == Verdict.UNEXPLAINED.value or finding.message in told
-                message = "" if known else f": {finding.message}"
-                yield distrusted_line(f"axis {name}, {finding.code}{message}")
+                yield distrusted_line(f"axis {name}, {finding.code}: {finding.message}")
+        known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
+        if not axis.trusted and any(known.values()):
+            unknown = [parameter for parameter, sure in known.items() if not sure]
+            sentence = known_sentence([one for one in known if known[one]], unknown)
+            yield labelled("axis " + name, sentence)
     if trusted := [name for name, axis in found.axes.items() if axis.trusted]:
         yield trusted_line(trusted)
 

@@ -1,4 +1,4 @@
-"""Identification, gains and simulation as JSON documents (schemas edge-ident/*/1)."""
+"""Identification, gains and simulation as JSON documents."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def identification_document(identification: Identification) -> dict[str, Any]:
-    """Schema edge-ident/identification/1."""
+    """Schema edge-ident/identification/2."""
     return {
-        "schema": "edge-ident/identification/1",
+        "schema": "edge-ident/identification/2",
         "axes": {name: _axis(axis) for name, axis in identification.axes.items()},
         "trusted": identification.trusted,
         "timing_ms": {name: round(ms, 3) for name, ms in identification.timing_ms.items()},
@@ -38,7 +38,8 @@ def identification_document(identification: Identification) -> dict[str, Any]:
 def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
     return {
-        "parameters": _with_known(_estimate(axis.estimate, axis.units), axis.known),
+        "parameters": _parameters(axis),
+        "physical": _with_known(_estimate(axis.estimate, axis.units), axis.known),
         "effective": _effective(axis),
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
@@ -71,6 +72,21 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "trusted": axis.trusted,
         "consistent": axis.consistent,
         "warnings": [finding_document(finding) for finding in axis.findings],
+    }
+
+
+def _parameters(axis: AxisIdentification) -> dict[str, Any]:
+    """What is known best. Friction that trades places among the terms of the model is the line; its
+    numbers belong together, and are all of one kind."""
+    effective = axis.line is not None and axis.known != axis.effective_known
+    best, known = (
+        (axis.effective, axis.effective_known) if effective else (axis.estimate, axis.known)
+    )
+    entries = _with_known(_estimate(best, axis.units), known)
+    first = PARAMETERS[0]
+    return {
+        name: {**entry, "kind": "effective" if effective and name != first else "physical"}
+        for name, entry in entries.items()
     }
 
 

@@ -62,7 +62,7 @@ def test_identify_says_what_it_assumed_and_hands_it_on(
     assert plain["assumed_effects"] == []
     assert axis["assumed_effects"] == ["torque_ripple", "offset_drift"]
     assert axis["metric"]["relative_residual"] < 0.5 * plain["metric"]["relative_residual"]
-    values = [axis["parameters"][name]["value"] for name in PARAMETERS]
+    values = [axis["physical"][name]["value"] for name in PARAMETERS]
     np.testing.assert_allclose(values, TRUTH, rtol=0.01)
     left = load_model(tmp_path / "out" / "model.json")
     assert [term.effect for term in left.axes["x"].terms] == [BASE, RIPPLE.effect, DRIFT.effect]
@@ -70,7 +70,7 @@ def test_identify_says_what_it_assumed_and_hands_it_on(
     np.testing.assert_allclose(left.axes["x"].parameters, values)
     assert [source.file for source in left.recordings] == ["capture.npz", "yesterday.csv"]
     again = answer("identify", file, "--model", tmp_path / "out" / "model.json")["axes"]["x"]
-    assert [again["parameters"][name]["value"] for name in PARAMETERS] == pytest.approx(values)
+    assert [again["physical"][name]["value"] for name in PARAMETERS] == pytest.approx(values)
 
 
 def test_gains_feed_the_ripple_forward_and_say_what_became_of_the_drift(

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from typer.testing import CliRunner, Result
 from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
 from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Model
 from edge_ident.model.model_files import load_model, save_model, sourced_model
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -97,8 +99,16 @@ def test_an_understood_machine_ends_with_0_and_json_alone_on_stdout(answered, fi
     assert "timing" in done.stderr
 
 
-def test_what_is_not_understood_ends_with_1(answered, file) -> None:
+def test_an_unexplained_rest_alone_ends_with_0(answered, file) -> None:
     answered(hand_made.diagnosis(unexplained=True))
+    assert diagnose(file).exit_code == 0
+
+
+def test_data_that_let_no_cause_be_named_end_with_1(answered, file) -> None:
+    found = hand_made.diagnosis(unexplained=True)
+    late = Finding("effort_late", "recorded by other clocks", "record both at once", blocks=True)
+    y = replace(found.axes["y"], findings=(late,))
+    answered(replace(found, axes={**found.axes, "y": y}))
     assert diagnose(file).exit_code == 1
 
 

@@ -81,7 +81,8 @@ def test_the_answer_is_the_estimate_that_expects_the_smaller_error() -> None:
     document = identification_document(found)["axes"]["x"]
     assert document["parameters_from"] == "whitened_least_squares"
     estimated = document["estimators"]["whitened_least_squares"]
-    assert document["parameters"] == {name: of | {"known": True} for name, of in estimated.items()}
+    known = {"known": True, "kind": "physical"}
+    assert document["parameters"] == {name: of | known for name, of in estimated.items()}
 
 
 def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
@@ -117,14 +118,18 @@ def test_what_lies_between_two_adequate_models_is_model_error() -> None:
     assert np.all(axis.model_error >= apart)
 
 
-def test_without_a_diagnosis_the_answer_is_not_trusted_and_says_why() -> None:
+def off(axis: AxisIdentification) -> np.ndarray:
+    """How far the answer is off, in its standard deviations."""
+    return np.abs(axis.estimate.parameters - TRUTH) / axis.estimate.std
+
+
+def test_without_a_diagnosis_the_intervals_hold_what_the_model_misses() -> None:
     axis = identified(recording(stribeck=0.4), diagnose=False)
     assert axis.source is ParameterSource.LEAST_SQUARES
     [finding] = [finding for finding in axis.findings if finding.code == "base_inadequate"]
-    assert finding.blocks
+    assert not finding.blocks
     assert "times the noise" in finding.message
-    off = np.abs(axis.estimate.parameters - TRUTH)
-    assert np.all(off < 3.0 * axis.estimate.std), "the model error is part of the interval"
+    assert np.all(off(axis) < 3.0)
 
 
 def test_without_a_diagnosis_the_network_answers_where_it_applies() -> None:
@@ -139,11 +144,13 @@ def test_without_a_diagnosis_the_network_answers_where_it_applies() -> None:
     assert not axis.trusted
 
 
-def test_what_nothing_explains_is_not_trusted() -> None:
+def test_what_nothing_explains_is_said_and_widens_the_intervals() -> None:
     axis = identified(recording(event=0.5))
     assert axis.diagnosis is not None
-    assert not axis.trusted
-    assert "unexplained" in {finding.code for finding in axis.findings if finding.blocks}
+    assert "unexplained" in {finding.code for finding in axis.findings}
+    assert np.all(axis.estimate.std > 3.0 * identified(recording()).estimate.std)
+    assert np.all(off(axis) < 3.0)
+    assert axis.trusted
 
 
 @pytest.mark.parametrize("late_samples", [-1.0, 0.5, 1.0])
@@ -169,16 +176,15 @@ def test_an_axis_at_rest_is_refused() -> None:
         identify(Recording(time, {"x": rest}, "test"), None)
 
 
-@pytest.mark.parametrize(("left", "blocks"), [(0.004, False), (0.02, True)])
-def test_a_recording_too_short_for_a_diagnosis_says_so(left: float, blocks: bool) -> None:
-    """What a diagnosis would not name either forbids nothing; the intervals hold model error."""
-    adequacy = Adequacy(left, 5.0, ("viscous_friction",), 0.03, 8.0)
+def test_a_recording_too_short_for_a_diagnosis_says_so() -> None:
+    """It forbids nothing: the intervals hold model error."""
+    adequacy = Adequacy(0.02, 5.0, ("viscous_friction",), 0.03, 8.0)
     refused = DataError("only 17 independent samples", "record a longer motion")
     (finding,) = describe_model(adequacy, refused, extended=False)
     assert finding.code == "not_diagnosed"
     assert "17 independent samples" in finding.message
     assert "record a longer motion" in finding.next_step
-    assert finding.blocks is blocks
+    assert not finding.blocks
 
 
 def test_a_negative_parameter_is_said_once_with_the_numbers_of_the_answer() -> None:
@@ -188,9 +194,9 @@ def test_a_negative_parameter_is_said_once_with_the_numbers_of_the_answer() -> N
     assert said_once([of_diagnosis, of_answer]) == (of_answer,)
 
 
-@pytest.mark.parametrize(("second", "blocks"), [("-y", True), (None, False)])
+@pytest.mark.parametrize(("second", "said"), [("-y", True), (None, False)])
 def test_an_answer_of_several_axes_that_act_alike_has_to_be_confirmed(
-    second: str | None, blocks: bool
+    second: str | None, said: bool
 ) -> None:
     """Which of them act was chosen among many; the deviations are those of the choice."""
     adequacy = Adequacy(0.1, 50.0, ("inertia",), 0.1, 8.0)
@@ -198,5 +204,5 @@ def test_an_answer_of_several_axes_that_act_alike_has_to_be_confirmed(
     causes = [replace(ripple(), term=replace(RIPPLE, source_axis=source)) for source in sources]
     diagnosed = by_hand(Verdict.EXPLAINED, *causes)
     found = describe_model(adequacy, diagnosed, extended=True)
-    assert [finding.code for finding in found if finding.blocks] == ["several_axes"] * blocks
+    assert ("several_axes" in {finding.code for finding in found}) is said
     assert describe_model(adequacy, diagnosed, extended=False) == []

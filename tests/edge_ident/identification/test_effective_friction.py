@@ -47,7 +47,9 @@ def test_the_line_stands_beside_the_parts(found: Identification, line: Array) ->
 
 def test_the_document_says_of_each_value_which_it_is(found: Identification) -> None:
     (document,) = identification_document(found)["axes"].values()
-    effective, parameters = document["effective"], document["parameters"]
+    effective, parameters = document["effective"], document["physical"]
+    kinds = [entry["kind"] for entry in document["parameters"].values()]
+    assert kinds == ["physical", *["physical" if all(found.axes["x"].known) else "effective"] * 3]
     assert effective["from"] == "line_through_friction_curve"
     assert all(isinstance(entry["known"], bool) for entry in parameters.values())
     viscous = effective["viscous_friction"]

@@ -139,8 +139,8 @@ def test_a_carriage_in_metres_and_newtons_has_no_network_for_radians(
         "unit": "kg",
     }
     assert document["model_error"]["coulomb_friction"] == pytest.approx(0.8, rel=0.3)
-    assert not document["trusted"], "its friction bends, and differs by direction"
-    assert [w["code"] for w in document["warnings"] if w["blocks"]] == ["base_inadequate"]
+    assert document["trusted"], "its friction bends, and the intervals hold that"
+    assert "base_inadequate" in {warning["code"] for warning in document["warnings"]}
 
 
 @pytest.mark.parametrize(
