@@ -60,7 +60,6 @@ LONG = (
     "edge_ident/cli/test_init_command.py",
     "edge_ident/report/",
     "edge_ident/identification/test_adequacy.py",
-    "test_threshold_sensitivity.py",
     "edge_ident/identification/test_long_recordings.py",
     "edge_ident/control/",
     "test_command_pages.py",

@@ -38,8 +38,7 @@ What counts, and how:
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
-the figures in docs/diagnosis_accuracy.md are of others, which no development had seen
-(docs/diagnosis_record.md).
+the figures in docs/diagnosis_accuracy.md are of others, which no development had seen.
 """
 
 import os

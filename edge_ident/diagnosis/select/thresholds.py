@@ -62,7 +62,7 @@ SAME_WAVEFORM: Final = Threshold(
     "rms of the cause's own effort",
     "A disturbed run finds a cause again where an effort of its model differs by less than this.",
     "A judgement: the two efforts then have a correlation of about 0.87 or more.",
-    "docs/diagnosis_record.md, rules on real axes: waveforms keep 48 of 50 true causes",
+    "on 50 true causes of real axes, waveforms keep 48",
 )
 FOUND_AGAIN: Final = Threshold(
     4,
@@ -70,7 +70,7 @@ FOUND_AGAIN: Final = Threshold(
     "A cause that fewer runs find, the undisturbed one among them, is suspected.",
     "Four fifths: inside the range of 0.6 to 0.9 that the source of stability selection proposes "
     "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
-    "docs/diagnosis_record.md, rules on real axes",
+    "on real axes, four of five keep the true causes and drop the false ones",
 )
 SAME_SIZE: Final = Threshold(
     0.4,
@@ -140,7 +140,7 @@ DISTURBED: Final = Threshold(
     "runs of either kind",
     "So many disturbed runs have every second recorded effort, and so many have noise added.",
     "The even efforts and the odd ones; as many with noise, so that neither kind decides alone.",
-    "docs/diagnosis_record.md, rules on real axes: one run gives the same answer",
+    "on real axes, one run of each kind gives the same answer",
 )
 RELIABILITY: Final = Threshold(
     0.5,
@@ -249,7 +249,7 @@ STARTS: Final = Threshold(
     "Beside the base model, the gap of a play and the resonance of a compliance are searched from "
     "so many parts of their ranges.",
     "The error has many minima, and a descent seldom crosses from one to the next.",
-    "`test_products.py`: the best point of each part; docs/diagnosis_record.md, what hides a play",
+    "`test_products.py`: the best point of each part",
 )
 SLIGHTEST: Final = Threshold(
     3.0,
