@@ -33,9 +33,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is loaded, as edge
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.latency.measure import board_at, profile_device
+from edge_ident.commissioning.latency.measure import board_at, measured_ways, profile_device
 from edge_ident.commissioning.latency.result import spread
-from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive

@@ -5,7 +5,7 @@ Each effect states its own use (`edge_ident.model.compensation`). There are six:
 - Feed-forward at the reference's motion, where the board's law has a field for the parameter
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
 - A curve over speed or a table over position, sampled from the effect's own physics
-  (`edge_ident.control.sampled_terms`) in the range in which the term was supported.
+  (`edge_ident.control.law_terms`) in the range in which the term was supported.
 - A resonance, of a load on a spring or of a spring before the load, which the loop's margins bear.
 - A delay of the recorded effort. The margins bear its size on top of the delay that the board
   measures. A negative delay means that the motion is late: an actuator or an encoder takes time,
@@ -17,25 +17,29 @@ Each effect states its own use (`edge_ident.model.compensation`). There are six:
 - A limit of the actuator, which feed-forward has to stay below.
 
 Every other effect is left to feedback and reported; of its effort, feed-forward of the base model
-takes what it can (`edge_ident.control.left_out`). So is a term that the board's law has no field
-for, that is beyond the board's largest gains, or with which feed-forward at constant speed would
-exceed the effort limit somewhere in the supported range. Acceleration is not counted there: how
-much of it a motion takes is the motion's choice, and the board refuses a motion whose feed-forward
-asks for too much.
+takes what it can. So is a term that the board's law has no field for, that is beyond the board's
+largest gains, or with which feed-forward at constant speed would exceed the effort limit somewhere
+in the supported range. Acceleration is not counted there: how much of it a motion takes is the
+motion's choice, and the board refuses a motion whose feed-forward asks for too much.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from edge_ident.control.effort_range import EffortRange
 from edge_ident.control.law_terms import Placed, Placement
-from edge_ident.control.left_out import gains_without
 from edge_ident.control.loop_plant import Plant, SeriesSpring, SprungLoad
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.model import AxisModel, Term, regressor
+from edge_ident.model.motion import Motion
+from edge_ident.model.supported_range import SupportedRange
 from firmware_interface.gains import AxisGains
 
 _FIELDS: Final = {
@@ -248,4 +252,75 @@ def _room(
     return (
         f"{sentence}; motions fit that accelerate by up to {left:.3g} {axis.position_unit}/s² at "
         f"any speed up to {reach.top_speed:.3g} {axis.position_unit}/s"
+    )
+
+
+# Feed-forward of the base model in gains that leave terms of a model out.
+#
+# The base parameters of a model are those beside all of its terms. Friction that bends with the
+# speed, say, leaves little for viscous friction. Gains that must do without that term follow better
+# if the base model takes what it can of it. That share is fitted along a made-up motion through the
+# supported range, on which the model itself says what the term takes.
+
+Array = NDArray[np.float64]
+
+_RATES: Final = np.array([1.0, np.sqrt(7.0), np.sqrt(41.0)])
+"""Frequencies of the made-up motion, over the slowest: they never repeat together."""
+_TURNS: Final = 12
+"""Periods of the slowest sinusoid."""
+_SAMPLES: Final = 6000
+
+
+def gains_without(gains: AxisGains, axis: AxisModel, left_out: Collection[Term]) -> AxisGains:
+    """Gains whose feed-forward of the base model takes what it can of terms that are left out.
+
+    Parameters
+    ----------
+    gains : AxisGains
+        For all other terms.
+    axis : AxisModel
+        With all of its terms.
+    left_out : collection of Term
+        Those that depend on another axis or on time change nothing, nor do any where nobody says
+        in which range the model is supported.
+    """
+    supported = axis.terms[0].supported
+    moving = [term for term in left_out if _acts_on_a_motion(term)]
+    if supported is None or not moving:
+        return gains
+    motion = _made_up(supported)
+    kept = tuple(term for term in axis.terms if _acts_on_a_motion(term) and term not in left_out)
+    both = (replace(axis, terms=terms) for terms in ((*kept, *moving), kept))
+    taken = np.subtract(*(inverse_effort(some, motion) for some in both))
+    columns = regressor(motion.velocity, motion.acceleration)
+    inertia, viscous, coulomb, offset = np.linalg.lstsq(columns, taken, rcond=None)[0].tolist()
+    return replace(
+        gains,
+        inertia_feedforward=max(gains.inertia_feedforward + inertia, 0.0),
+        viscous_feedforward=max(gains.viscous_feedforward + viscous, 0.0),
+        coulomb_feedforward=max(gains.coulomb_feedforward + coulomb, 0.0),
+        offset_feedforward=gains.offset_feedforward + offset,
+    )
+
+
+def _acts_on_a_motion(term: Term) -> bool:
+    effect = named(term.effect)
+    return not (effect.tied_to_time or effect.effort_delay or effect.has_source(term.source_axis))
+
+
+def _made_up(supported: SupportedRange) -> Motion:
+    """Three sinusoids of equal speed that stay inside the range of position and speed."""
+    low, high = supported.position
+    top_speed = max(abs(speed) for speed in supported.speed)
+    speed = top_speed / len(_RATES)
+    travel = 0.5 * (high - low)
+    slowest = speed * float(np.sum(1.0 / _RATES)) / travel
+    time_s = np.linspace(0.0, 2.0 * np.pi * _TURNS / slowest, _SAMPLES)
+    rates = slowest * _RATES[:, None]
+    sine, cosine = np.sin(rates * time_s), np.cos(rates * time_s)
+    return Motion.known(
+        time_s,
+        0.5 * (low + high) + speed * np.sum(sine / rates, axis=0),
+        speed * np.sum(cosine, axis=0),
+        -speed * np.sum(rates * sine, axis=0),
     )

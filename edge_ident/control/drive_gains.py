@@ -15,6 +15,7 @@ from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import GainError
 from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import AxisModel
+from edge_ident.support.drawing import new_figure
 from edge_ident.support.given import number
 from edge_ident.support.readable import Readable
 from edge_ident.support.words import listed
@@ -90,7 +91,6 @@ class GainDesigns(Readable):
         DataError
             matplotlib is not installed.
         """
-        from edge_ident.report.loop_figure import loop_figure
 
         return loop_figure(self)
 
@@ -173,3 +173,27 @@ def _hardware(drive: Drive, axis: str, control_delay_s: float) -> LoopHardware:
 def _open_loop(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> OpenLoop:
     delayed = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
     return OpenLoop(*open_loop(found.gains, plant_of(axis), delayed))
+
+
+# The designed loops in the frequency domain.
+
+
+def loop_figure(designs: GainDesigns) -> "Figure":
+    """Bode diagram of every opened loop, a column per axis, with its margins in the title."""
+    figure = new_figure(10, 5)
+    grid = figure.subplots(2, len(designs.axes), sharex=True, squeeze=False)
+    for (magnitude, phase), (name, of) in zip(grid.T, designs.axes.items(), strict=True):
+        loop = designs.loops[name]
+        magnitude.loglog(loop.omega_rad_s, np.abs(loop.response))
+        magnitude.axhline(1.0, color="0.5", linewidth=0.8)
+        magnitude.set_title(
+            f"axis {name}: phase margin {of.phase_margin_deg:.0f}°, "
+            f"gain margin {of.gain_margin:.3g}",
+            fontsize=10,
+        )
+        magnitude.set_ylabel("open loop, magnitude")
+        phase.semilogx(loop.omega_rad_s, np.degrees(np.unwrap(np.angle(loop.response))))
+        phase.axhline(-180.0, color="0.5", linewidth=0.8)
+        phase.set_ylabel("phase (°)")
+        phase.set_xlabel("frequency (rad/s)")
+    return figure

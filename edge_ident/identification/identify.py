@@ -5,10 +5,15 @@ where it is not, the axis is diagnosed, and the parameters of the extended model
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
@@ -19,17 +24,21 @@ from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network, given_network
 from edge_ident.identification.adequacy import Adequacy, judge
 from edge_ident.identification.answer import AxisEstimates, answer
-from edge_ident.identification.in_step import SMALLEST_SHIFT, in_step
-from edge_ident.identification.long_recordings import at_needed_rate
+from edge_ident.identification.compared_signals import ComparedSignals
 from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
-from edge_ident.model.timing import NO_SHIFT
+from edge_ident.model.timing import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.data_checks import check_usable
-from edge_ident.signals.decimation import LONG
+from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
+from edge_ident.signals.encoder import count_and_noise
+from edge_ident.signals.given_recordings import Given
 from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import relative_residual
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import AxisRecord, Recording, Sampling
+from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.timing import smallest_at, within_limits
 from edge_ident.support.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
@@ -234,3 +243,201 @@ def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> fl
     known = axis.effects_effort[part.samples]
     modelled = part.columns.values @ estimate.parameters
     return relative_residual(axis.signals.effort[part.samples] + known, modelled + known)
+
+
+# The effort of an axis in step with its motion, before anything is known but the base model.
+
+SMALLEST_SHIFT: Final = 0.02
+"""Shift in sampling periods that moves no parameter, so that the signals need no second look."""
+_CERTAIN: Final = 3.0
+"""Its standard deviations up to which a second look would follow noise."""
+_LOOKS: Final = 3
+"""Looks at the signals: a shift of a sample is known to a hundredth after two."""
+
+
+class _Shifted(Protocol):
+    def __call__(self, *, late_s: float) -> CompensatedAxis:
+        """The axis with an effort that is recorded so late."""
+
+
+@dataclass(frozen=True)
+class InStep:
+    """An axis whose effort is in step with its motion.
+
+    Attributes
+    ----------
+    compensated : CompensatedAxis
+    compared : ComparedSignals
+    timing : Timing
+        Beyond what the recording states.
+    """
+
+    compensated: CompensatedAxis
+    compared: ComparedSignals
+    timing: Timing
+
+    @cached_property
+    def adequacy(self) -> Adequacy:
+        """How the base model does."""
+        return judge(self.compared)
+
+    @property
+    def as_fitted(self) -> "InStep":
+        """The same with the deviation of a shift at which the base model leaves least."""
+        sampling_s = self.compensated.signals.recorded_period_s
+        known = within_limits(self.timing.shift_s, self.compared.fitted_shift_std, sampling_s)
+        timing = replace(self.timing, std_samples=known.std_s / sampling_s)
+        return replace(self, timing=timing)
+
+    def at(self, shifted: _Shifted, late_s: float) -> "InStep":
+        """The same axis with another shift, whose deviation is as large."""
+        compensated = shifted(late_s=late_s)
+        samples = late_s / compensated.signals.recorded_period_s
+        timing = replace(self.timing, shift_s=late_s, shift_samples=samples)
+        return InStep(compensated, self.compared.with_effort(compensated), timing)
+
+
+def in_step(
+    recording: Recording, name: str, model: Model | None, compensated: CompensatedAxis
+) -> InStep:
+    """Take off the shift between effort and position.
+
+    The slow part of the effort is asked first: noise that the controller answers imitates a shift
+    of the rest. Where the base model is not adequate then, it may be at the shift at which it
+    leaves least; a motion of short moves has no slow part that tells.
+
+    Parameters
+    ----------
+    recording : Recording
+    name : str
+        Of the axis.
+    model : Model or None
+        Known effects.
+    compensated : CompensatedAxis
+        The axis with the shift that the recording states.
+    """
+    signals = compensated.signals
+    shifted: _Shifted = partial(compensate_effects, recording, name, model, of_motion=signals)
+    found = _as_slow_part(shifted, compensated)
+    if found.adequacy.adequate:
+        return found
+    sampling_s = signals.recorded_period_s
+    limits = [late * LARGEST_SHIFT * sampling_s for late in (-1.0, 0.0, 1.0)]
+    residuals = [found.at(shifted, late_s).compared.residual for late_s in limits]
+    left = [float(residual @ residual) for residual in residuals]
+    fitting = found.at(shifted, smallest_at(left, sampling_s)).as_fitted
+    return fitting if fitting.adequacy.adequate else found
+
+
+def _as_slow_part(shifted: _Shifted, compensated: CompensatedAxis) -> InStep:
+    """Take off the shift of the effort's slow part; to first order, so look at what is left."""
+    sampling_s = compensated.signals.recorded_period_s
+    largest_s = LARGEST_SHIFT * sampling_s
+    unknown = Timing(0.0, 0.0, EVEN_SHIFT)
+    stated = seen = InStep(compensated, ComparedSignals.of(compensated), unknown)
+    for _ in range(_LOOKS):
+        further = seen.compared.shift(sampling_s)
+        late_s = seen.timing.shift_s
+        step_s = float(np.clip(further.shift_s, -largest_s - late_s, largest_s - late_s))
+        seen = replace(seen, timing=replace(seen.timing, std_samples=further.std_s / sampling_s))
+        if abs(step_s) < SMALLEST_SHIFT * sampling_s:
+            break
+        seen = seen.at(shifted, late_s + step_s)
+        if abs(seen.timing.shift_s) >= largest_s:  # on the edge: what asks for it is no shift
+            return stated
+        if abs(step_s) < _CERTAIN * further.std_s:
+            break
+    return seen
+
+
+# Long recordings, at the rate that the bandwidth of their identification needs.
+#
+# A recording of hours holds far more samples than its estimate needs. What only the samples as
+# recorded tell, which are noise, encoder and gaps, is kept beside the decimated ones.
+
+Array = NDArray[np.float64]
+
+_RATE: Final = 5.0
+"""Samples per period of the highest cut-off: at half this rate its filter passes 0.07 %."""
+_ROUNDING: Final = 1e-9
+"""Rounding error of a stride."""
+
+
+def at_needed_rate(recording: Recording) -> Recording:
+    """Decimate a recording that is long, after a low-pass filter without delay.
+
+    Shorter ones are returned as they are.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    Recording
+        Evenly sampled; its axes have a `Sampling`.
+    """
+    if len(recording.time_s) <= LONG:
+        return recording
+    grid = EvenGrid.of(recording.time_s)
+    told = {name: _sampling(axis, grid) for name, axis in recording.axes.items()}
+    highest_hz = max(sampling.cutoff_hz for sampling in told.values())
+    stride = int(1.0 / (_RATE * highest_hz * grid.period_s) + _ROUNDING)
+    if stride < 2:
+        return recording
+    axes = {
+        name: _decimated(axis, grid, told[name], stride) for name, axis in recording.axes.items()
+    }
+    passive = {
+        name: replace(axis, position=_slower(grid.resampled(axis.position), stride))
+        for name, axis in recording.passive.items()
+    }
+    time_s = grid.time_s[kept(len(grid.time_s), stride)].copy()
+    return replace(recording, time_s=time_s, axes=axes, passive=passive)
+
+
+def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
+    """What the samples as recorded tell, before decimation."""
+    position, effort = grid.resampled(axis.position), grid.resampled(axis.effort)
+    count, noise = count_and_noise(position)
+    cutoff_hz = choose_cutoff(position, grid.period_s, noise)
+    effort_noises = [
+        white_noise(*parts, cutoff_hz, grid.period_s)
+        for parts in zip(parts_of(effort), parts_of(position), strict=True)
+    ]
+    return Sampling(
+        period_s=grid.period_s,
+        jitter=grid.jitter,
+        count=count,
+        position_noise=noise,
+        effort_noise=float(np.median(effort_noises)),
+        cutoff_hz=cutoff_hz,
+        begin_s=0.0,
+        unknown=grid.unknown(axis.effort),
+    )
+
+
+def _slower(signal: Array, stride: int) -> Array:
+    return decimate(signal, signal, stride)[0]
+
+
+def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int) -> AxisRecord:
+    position, effort = decimate(grid.resampled(axis.position), grid.resampled(axis.effort), stride)
+    rows = kept(len(axis.position), stride)
+    others = (axis.reference, axis.velocity, axis.temperature_c)
+    reference, velocity, temperature_c = (
+        None if column is None else grid.resampled(column)[rows] for column in others
+    )
+    return replace(
+        axis,
+        position=position,
+        effort=effort,
+        reference=reference,
+        velocity=velocity,
+        temperature_c=temperature_c,
+        sampling=replace(
+            sampling,
+            begin_s=rows.start * grid.period_s,
+            unknown=any_of(sampling.unknown, stride),
+        ),
+    )

@@ -17,7 +17,7 @@ from law_cases import (
     stepped,
 )
 
-from edge_ident.simulation.control import Controllers
+from edge_ident.simulation.loop import Controllers
 from firmware_interface.control_law import deadband_nm, exact_effort_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.law_memory import NOTHING, Memory

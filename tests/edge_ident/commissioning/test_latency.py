@@ -12,10 +12,9 @@ import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
 
-from edge_ident.commissioning.latency import cold, measure, ways
-from edge_ident.commissioning.latency.measure import MOST_MOTIONS
+from edge_ident.commissioning.latency import cold, measure
+from edge_ident.commissioning.latency.measure import MOST_MOTIONS, measured_ways
 from edge_ident.commissioning.latency.result import ProfileRun
-from edge_ident.commissioning.latency.ways import measured_ways
 from edge_ident.commissioning.motion.capture import Capture, capture_motion
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError, DataError
@@ -184,7 +183,7 @@ def test_the_axes_move_as_the_drive_that_is_given_does(
         moved.append(motion)
         return capture_motion(board, motion, *given, **more)
 
-    monkeypatch.setattr(ways, "capture_motion", captured)
+    monkeypatch.setattr(measure, "capture_motion", captured)
     measured_ways(board, drive, simulate(), load_network(), 1, Silent())
     assert [motion.axes for motion in moved] == 2 * [drive.trajectory().axes]
 

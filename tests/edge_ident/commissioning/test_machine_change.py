@@ -5,8 +5,8 @@ import pytest
 import scipy.stats
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.gains import machine_change
-from edge_ident.commissioning.gains.machine_change import changed_share
+from edge_ident.commissioning.gains import verification
+from edge_ident.commissioning.gains.verification import changed_share
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord
 
@@ -47,7 +47,7 @@ def test_disturbances_are_no_change() -> None:
 def test_the_probability_is_that_of_f() -> None:
     for wald in (1.0, 10.0, 30.0):
         expected = scipy.stats.f.sf(wald / 4.0, 4, 62)
-        assert machine_change._by_chance(wald) == pytest.approx(expected, rel=1e-9)
+        assert verification._by_chance(wald) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("inertia", [0.7, 1.25])

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.estimation.network import load_network
-from edge_ident.estimation.network_times import Way, fastest, times_of
+from edge_ident.estimation.network import Way, fastest, load_network, times_of
 
 RANK_ONE: Way = ("fp32", "rank_one")
 IMAGE: Way = ("fp32", "image")

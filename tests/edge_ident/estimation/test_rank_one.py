@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.estimation.image import Normalization, effort_image, effort_scale
 from edge_ident.estimation.manifest import BUILT_IN, VARIANTS, Variant, load_manifest
 from edge_ident.estimation.network import Network
-from edge_ident.estimation.onnx_fields import GRAPH, fields, messages
-from edge_ident.estimation.rank_one import BATCH, FirstLayer, divided
+from edge_ident.estimation.rank_one import BATCH, GRAPH, FirstLayer, divided, fields, messages
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import edge_ident
-from edge_ident.fleet import cluster as on_cluster
+from edge_ident.fleet import workers as on_cluster
 from tests.processes import running
 
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")

@@ -11,11 +11,11 @@ import pytest
 
 import edge_ident
 from edge_ident.files.reading import ENDINGS
-from edge_ident.fleet import processes
+from edge_ident.fleet import workers
 from edge_ident.fleet.folder import Found, find_recordings
-from edge_ident.fleet.kept import FOLDER
-from edge_ident.fleet.processes import run_processes
+from edge_ident.fleet.survey import FOLDER
 from edge_ident.fleet.tasks import Task
+from edge_ident.fleet.workers import run_processes
 
 
 def test_every_file_has_its_row_and_the_bad_one_says_why(
@@ -208,7 +208,7 @@ for line in sys.stdin:
 @pytest.fixture
 def echo(monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers that tell what they were given, and die of some names."""
-    monkeypatch.setattr(processes, "COMMAND", (sys.executable, "-c", ECHO))
+    monkeypatch.setattr(workers, "COMMAND", (sys.executable, "-c", ECHO))
 
 
 def tasks(*names: str) -> Iterator[Task]:

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation.trust import negative
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.findings import describe_model, said_once
+from edge_ident.identification.answer import describe_model, said_once
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.timing import LARGEST_SHIFT

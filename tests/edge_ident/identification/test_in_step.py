@@ -10,8 +10,7 @@ from edge_ident.diagnosis.select.shift_again import adequate_data
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.compensation import compensate_effects
-from edge_ident.identification.identify import identify
-from edge_ident.identification.in_step import in_step
+from edge_ident.identification.identify import identify, in_step
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE
 

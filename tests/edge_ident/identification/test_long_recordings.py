@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.identification.long_recordings import at_needed_rate
+from edge_ident.identification.identify import at_needed_rate
 from edge_ident.signals.recording import AxisRecord, Recording
 
 PERIOD_S, SAMPLES = 0.001, 300_000

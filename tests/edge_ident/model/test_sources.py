@@ -8,7 +8,7 @@ from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.sources import acting, sources, turned
-from edge_ident.simulation.parts import Parts
+from edge_ident.simulation.machine import Parts
 
 TIME_S = np.linspace(0.0, 4.0, 401)
 BASE_TERM = Term(BASE, dict.fromkeys(PARAMETERS, 0.0) | {"inertia": 1.0})

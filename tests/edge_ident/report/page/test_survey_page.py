@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.fleet.comparison import compare_units
 from edge_ident.fleet.result import (
     Failed,
     Survey,
@@ -17,6 +16,7 @@ from edge_ident.fleet.result import (
     SurveyedRecording,
     Value,
 )
+from edge_ident.fleet.survey import compare_units
 from edge_ident.report.page.survey_page import write_survey_page
 from edge_ident.report.survey_tables import survey_document, write_survey_tables
 from edge_ident.support.visible_text import visible
