@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
     from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
-    from edge_ident.drive.motion_files import load_motion, save_motion
+    from edge_ident.drive.motions import load_motion, save_motion
     from edge_ident.errors import (
         BoardError,
         DataError,
@@ -179,7 +179,7 @@ __getattr__ = lazy_names(
         "inspect_recording": "edge_ident.signals.recording_files",
         "load_drive": "edge_ident.drive.description",
         "load_model": "edge_ident.model.model_files",
-        "load_motion": "edge_ident.drive.motion_files",
+        "load_motion": "edge_ident.drive.motions",
         "load_network": "edge_ident.estimation.network",
         "load_recording": "edge_ident.signals.recording_files",
         "outside_support": "edge_ident.estimation.outside_support",
@@ -187,7 +187,7 @@ __getattr__ = lazy_names(
         "reduced_model": "edge_ident.simulation.flexible",
         "register_effect": "edge_ident.model.effects",
         "save_model": "edge_ident.model.model_files",
-        "save_motion": "edge_ident.drive.motion_files",
+        "save_motion": "edge_ident.drive.motions",
         "save_recording": "edge_ident.signals.recording_files",
         "simulate": "edge_ident.simulation.simulate",
         "sourced_model": "edge_ident.model.model_files",

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import edge_ident
 from edge_ident.cli import app
 from edge_ident.drive import description
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 from tests.edge_ident.shared_board import SharedBoard
 from tests.short_runs import brief_drive
 from tests.test_docs import FENCE, PAGES, ROOT, whole_lines

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.gains import CONSERVATIVE_GAINS

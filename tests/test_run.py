@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link

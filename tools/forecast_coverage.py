@@ -19,8 +19,8 @@ import numpy as np
 
 from edge_ident.commissioning.gains.change import check_change
 from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.motor_way import of_motor
 from edge_ident.commissioning.gains.promise import Errors, Promise, promised
+from edge_ident.commissioning.gains.tracking_forecast import of_motor
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.commissioning.motion.second_motion import second_motion, within_limits
 from edge_ident.commissioning.run import board_designs

@@ -30,8 +30,7 @@ from rich.table import Table
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares, network_estimate
-from edge_ident.estimation.alignment import Subsampled, align
-from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.image import Subsampled, align, effort_scale
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition

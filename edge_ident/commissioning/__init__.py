@@ -8,14 +8,20 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning.data_sheet.checks import period_doubts, sheet_doubts
     from edge_ident.commissioning.data_sheet.described_drive import (
         DescribedDrive,
         describe_drive,
         sampling_period_s,
     )
     from edge_ident.commissioning.data_sheet.entries import SHEET_ENTRIES
-    from edge_ident.commissioning.data_sheet.sheet import AxisSheet, Entry, fill_sheet, sheet_in_si
+    from edge_ident.commissioning.data_sheet.sheet import (
+        AxisSheet,
+        Entry,
+        fill_sheet,
+        period_doubts,
+        sheet_doubts,
+        sheet_in_si,
+    )
     from edge_ident.commissioning.gains.change import (
         check_change,
         check_owner,
@@ -27,9 +33,9 @@ if TYPE_CHECKING:
     )
     from edge_ident.commissioning.gains.files import back_up, load_gains
     from edge_ident.commissioning.gains.forecast import Forecaster, Forecasts, check_stable
-    from edge_ident.commissioning.gains.shadow_bank import staged_whole
-    from edge_ident.commissioning.gains.transfer import stage_gains
+    from edge_ident.commissioning.gains.transfer import stage_gains, staged_whole
     from edge_ident.commissioning.latency.measure import profile_device
+    from edge_ident.commissioning.link.connect import VirtualNetwork
     from edge_ident.commissioning.link.doctor import check_host
     from edge_ident.commissioning.link.link_checks import check_link
     from edge_ident.commissioning.link.ports import ask_ports
@@ -40,15 +46,14 @@ if TYPE_CHECKING:
         registers_of,
         write_register,
     )
-    from edge_ident.commissioning.link.virtual_network import VirtualNetwork
     from edge_ident.commissioning.motion.homing import hold, move_by, move_to
     from edge_ident.commissioning.motion.record import record_motion
     from edge_ident.commissioning.motion.safety import clear_fault, make_ready
     from edge_ident.commissioning.motion.stopping import stop_machine
     from edge_ident.commissioning.run import Plan, commission
     from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
+    from edge_ident.drive.description import write_drive
     from edge_ident.drive.motions import named_trajectory
-    from edge_ident.drive.writing import write_drive
     from edge_ident.support.words import plain_number
     from firmware_interface.board import BoardStatus
     from firmware_interface.connection import DEFAULT_BAUD_RATE
@@ -138,7 +143,7 @@ __getattr__ = lazy_names(
         "Forecasts": "edge_ident.commissioning.gains.forecast",
         "Hidden": "firmware_interface.plant.hiding",
         "Plan": "edge_ident.commissioning.run",
-        "VirtualNetwork": "edge_ident.commissioning.link.virtual_network",
+        "VirtualNetwork": "edge_ident.commissioning.link.connect",
         "ask_ports": "edge_ident.commissioning.link.ports",
         "back_up": "edge_ident.commissioning.gains.files",
         "check_change": "edge_ident.commissioning.gains.change",
@@ -160,7 +165,7 @@ __getattr__ = lazy_names(
         "named_trajectory": "edge_ident.drive.motions",
         "parse_values": "edge_ident.commissioning.link.register_access",
         "plain_number": "edge_ident.support.words",
-        "period_doubts": "edge_ident.commissioning.data_sheet.checks",
+        "period_doubts": "edge_ident.commissioning.data_sheet.sheet",
         "profile_device": "edge_ident.commissioning.latency.measure",
         "record_motion": "edge_ident.commissioning.motion.record",
         "registers_named": "edge_ident.commissioning.link.register_access",
@@ -171,13 +176,13 @@ __getattr__ = lazy_names(
         "sampling_period_s": "edge_ident.commissioning.data_sheet.described_drive",
         "serve": "firmware_interface.virtual.server",
         "serve_plant": "firmware_interface.plant.plant_socket",
-        "sheet_doubts": "edge_ident.commissioning.data_sheet.checks",
+        "sheet_doubts": "edge_ident.commissioning.data_sheet.sheet",
         "sheet_in_si": "edge_ident.commissioning.data_sheet.sheet",
         "stage_gains": "edge_ident.commissioning.gains.transfer",
-        "staged_whole": "edge_ident.commissioning.gains.shadow_bank",
+        "staged_whole": "edge_ident.commissioning.gains.transfer",
         "stop_machine": "edge_ident.commissioning.motion.stopping",
         "wanted_gains": "edge_ident.commissioning.gains.change",
-        "write_drive": "edge_ident.drive.writing",
+        "write_drive": "edge_ident.drive.description",
         "write_register": "edge_ident.commissioning.link.register_access",
     },
 )

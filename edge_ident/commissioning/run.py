@@ -11,8 +11,8 @@ from typing import Final
 from edge_ident.commissioning.answer import RunAnswer
 from edge_ident.commissioning.carry_over import diagnosed
 from edge_ident.commissioning.gains.files import keep_backup
-from edge_ident.commissioning.gains.motor_way import unseen_load
 from edge_ident.commissioning.gains.outcome import GainChange
+from edge_ident.commissioning.gains.tracking_forecast import unseen_load
 from edge_ident.commissioning.gains.trial import MotionBefore
 from edge_ident.commissioning.motion.capture import (
     Capture,

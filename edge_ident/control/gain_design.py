@@ -32,9 +32,9 @@ from edge_ident.control.compensation import (
     plant_of,
 )
 from edge_ident.control.in_tables import with_repeating
-from edge_ident.control.loop_plant import Plant
 from edge_ident.control.position_loop import (
     LoopHardware,
+    Plant,
     margins_of,
     quantization_effort_nm,
 )

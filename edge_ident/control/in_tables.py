@@ -1,7 +1,7 @@
 """Effort that repeats over speed and stroke, in the curve and the tables of the board's law.
 
 They may hold named effects already. Then what repeats is added on their grid: the law is straight
-between entries. It fades out with the speed as they do (`edge_ident.control.law_numbers`), and no
+between entries. It fades out with the speed as they do (`edge_ident.control.law_terms`), and no
 entry goes beyond what the board takes.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.control.law_numbers import table_fade_speed
+from edge_ident.control.law_terms import table_fade_speed
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.repeating import Repeating
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains

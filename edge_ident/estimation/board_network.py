@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from edge_ident.errors import ModelError
-from edge_ident.estimation.alignment import Subsampled
-from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.image import Subsampled, effort_scale
 from edge_ident.estimation.manifest import Manifest
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.network_estimate import (

@@ -9,9 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import EstimationPart, motion_noise
+from edge_ident.estimation.least_squares import Columns, EstimationPart, motion_noise
 from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals

@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.estimation.alignment import Subsampled
-from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.image import Subsampled, effort_scale
 from edge_ident.estimation.manifest import Manifest
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import RESIDUAL_LIMIT

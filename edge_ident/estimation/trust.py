@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.columns import Columns
+from edge_ident.estimation.least_squares import Columns
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.support.words import spoken

@@ -16,7 +16,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.estimation.columns import unit_length
+from edge_ident.estimation.least_squares import unit_length
 from edge_ident.experiment.columns import Key, base_columns, key, term_columns, term_effort
 from edge_ident.experiment.compared import Compared, Instruments
 from edge_ident.experiment.distance import Judge, distance

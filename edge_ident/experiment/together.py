@@ -24,12 +24,7 @@ from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.experiment.open_causes import (
-    explanations,
-    structure_in_band,
-    tied_to_time,
-    without,
-)
+from edge_ident.experiment.open_causes import explanations, structure_in_band, tied_to_time, without
 from edge_ident.experiment.result import MotionPlan, PlannedPair
 from edge_ident.model.model import Model
 from edge_ident.signals.metrics import rms

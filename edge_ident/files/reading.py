@@ -9,8 +9,8 @@ from edge_ident.errors import DataError
 from edge_ident.files.frames import is_frame, read_frame
 from edge_ident.files.ros import joined_stamps
 from edge_ident.files.table import Table
+from edge_ident.support.atomic_files import no_file
 from edge_ident.support.limits import TooLargeError
-from edge_ident.support.paths import no_file
 
 _READERS: Final = {
     ".npz": ("native", "read_npz"),

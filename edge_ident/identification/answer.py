@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
-from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.effort_checks import UNRELATED, check_effort
-from edge_ident.estimation.least_squares import EstimationPart
+from edge_ident.estimation.least_squares import Columns, EstimationPart
 from edge_ident.estimation.model_error import regime_spread, regimes
 from edge_ident.estimation.outside_support import departures, range_of
 from edge_ident.estimation.tracking_check import check_tracking

@@ -27,10 +27,9 @@ from edge_ident.diagnosis.prepare.masks import (
 )
 from edge_ident.diagnosis.tolerance import OUTLIER, worth_naming
 from edge_ident.errors import DataError
-from edge_ident.estimation.columns import Columns
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import solve
+from edge_ident.estimation.least_squares import Columns, solve
 from edge_ident.estimation.model_error import RegimeMoves, regime_moves, regimes, unnoticed_error
 from edge_ident.model.model import Estimate, Term, regressor_rows
 from edge_ident.model.motion import Motion

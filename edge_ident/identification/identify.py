@@ -17,9 +17,9 @@ from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.alignment import Subsampled
 from edge_ident.estimation.compensated_axis import CompensatedAxis
 from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.image import Subsampled
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network, given_network
 from edge_ident.identification.adequacy import Adequacy, judge

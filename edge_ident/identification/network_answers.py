@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from edge_ident.estimation.alignment import Subsampled, align
+from edge_ident.estimation.image import Subsampled, align
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.network_estimate import estimate_together, motion_mismatch
 from edge_ident.model.model import Estimate

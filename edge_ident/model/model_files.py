@@ -10,10 +10,10 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, SourceFile, Term
 from edge_ident.model.model_reading import SCHEMA, model_of, unit_of
 from edge_ident.model.supported_range import QUANTITIES
+from edge_ident.support.atomic_files import no_file
 from edge_ident.support.given import path as path_of
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite, read_json, write_json
-from edge_ident.support.paths import no_file
 from edge_ident.support.version import VERSION
 
 if TYPE_CHECKING:

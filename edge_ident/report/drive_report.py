@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from edge_ident.commissioning.data_sheet.described_drive import DescribedDrive
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 
 
 def drive_document(made: DescribedDrive, file: Path) -> dict[str, Any]:

@@ -10,9 +10,8 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.drive.motion_files import motion_document
-from edge_ident.experiment.announcement import inseparable_sentence
-from edge_ident.experiment.result import MotionPlan, Why
+from edge_ident.drive.motions import motion_document
+from edge_ident.experiment.result import MotionPlan, Why, inseparable_sentence
 from edge_ident.report.run_motions import uses_document
 from edge_ident.support.tables import FittingTable, plain_table
 from edge_ident.support.words import spoken

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from edge_ident.commissioning.study.identification_motions import IdentificationMotion
-from edge_ident.experiment.announcement import QUANTITIES, question
-from edge_ident.experiment.result import AxisUse
+from edge_ident.experiment.result import QUANTITIES, AxisUse, question
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.support.hashing import file_sha256
 from edge_ident.support.json_text import finite

@@ -14,8 +14,7 @@ from rich.text import Text
 
 from edge_ident.files.extras import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
-from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
-from edge_ident.fleet.table import COLUMNS
+from edge_ident.fleet.result import COLUMNS, Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.survey_wording import (
     causes_words,

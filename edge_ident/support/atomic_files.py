@@ -50,3 +50,13 @@ def _wait_for_disk(path: Path, how: int) -> None:
         os.fsync(number)
     finally:
         os.close(number)
+
+
+# What stands where a file should be.
+
+
+def no_file(path: Path) -> str:
+    """Why a path is no file that can be read, with the path."""
+    if path.is_dir():
+        return f"{path}: it is a folder"
+    return f"{path}: {'it is no file' if path.exists() else 'no such file'}"

@@ -14,8 +14,7 @@ from edge_ident.baselines.methods import least_squares, random_search
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError
 from edge_ident.estimation import network_estimate
-from edge_ident.estimation.alignment import Subsampled, align
-from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.image import Subsampled, align, effort_scale
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS

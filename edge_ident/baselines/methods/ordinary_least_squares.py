@@ -1,8 +1,7 @@
 """Ordinary least squares on filtered signals (IDIM-LS; Gautier 1997): what others improve on."""
 
 from edge_ident.baselines.problem import Problem
-from edge_ident.estimation.columns import Columns
-from edge_ident.estimation.least_squares import solve
+from edge_ident.estimation.least_squares import Columns, solve
 from edge_ident.model.model import Estimate
 
 

@@ -9,24 +9,23 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
-from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.prepare.masks import run_in
-from edge_ident.estimation.compensation import compensate_effects
-from edge_ident.estimation.known_effects import without_delay
+from edge_ident.estimation.compensation import compensate_effects, without_delay
 from edge_ident.identification.result import Identification
+from edge_ident.model.base_in_time import base_at
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, remembers
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.repeating import OVER_POSITION, OVER_SPEED, Repeating
 from edge_ident.model.timing import NO_SHIFT, Timing
-from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.filters import lowpass
+from edge_ident.signals.conditioning import Signals, filtered_regressor
+from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
 from edge_ident.simulation.loop_response import Loads
 
@@ -289,3 +288,176 @@ def _effects(axis: AxisModel, motions: Mapping[str, Motion], name: str) -> Array
     others = {other: motion for other, motion in motions.items() if other != name}
     base = replace(axis, terms=axis.terms[:1])
     return inverse_effort(axis, motions[name], others) - inverse_effort(base, motions[name])
+
+
+# An axis with many values of its uncertain parameters, as recorded and from then on.
+
+DRAWS: Final = 19
+"""A twentieth equal draw lies between the smallest and the largest in 18 of 20 cases."""
+_LEAST_SHARE: Final = 0.1
+"""Least share of an inertia or friction that a draw leaves: they are positive."""
+
+
+def drawn_axis(
+    axis: AxisModel, rng: np.random.Generator, moved: NDArray[np.float64] | None = None
+) -> AxisModel:
+    """The axis with (1 + DRAWS,) values of every parameter, its own first.
+
+    Parameters
+    ----------
+    axis : AxisModel
+    rng : Generator
+    moved : (1 + DRAWS, 4) array, optional
+        By how much the base parameters differ, where that is known of all together.
+    """
+    base, *others = axis.terms
+    if moved is None:
+        base = _drawn_term(base, rng)
+    else:
+        drawn = {name: float(base.values[name]) + moved[:, n] for n, name in enumerate(PARAMETERS)}
+        base = replace(base, values=_within_bounds(base, drawn))
+    return replace(axis, terms=(base, *(_drawn_term(term, rng) for term in others)))
+
+
+def from_then_on(drawn: AxisModel, end_s: float | None) -> AxisModel:
+    """Drawn axes after the recording that the model was made from.
+
+    What belongs to the time of the recording will not be the same again. Where it changes base
+    parameters, they stay as they are at its end.
+
+    Parameters
+    ----------
+    drawn : AxisModel
+    end_s : float or None
+        End of the recording, where it is known, from its first sample on.
+    """
+    lasting = tuple(term for term in drawn.terms if not named(term.effect).tied_to_time)
+    if len(lasting) == len(drawn.terms):
+        return drawn
+    if end_s is not None:
+        each = [base_at(_one(drawn, n), end_s).parameters for n in range(1 + DRAWS)]
+        values = dict(zip(PARAMETERS, np.array(each).T, strict=True))
+        lasting = (replace(lasting[0], values=values), *lasting[1:])
+    return replace(drawn, terms=lasting)
+
+
+def _drawn_term(term: Term, rng: np.random.Generator) -> Term:
+    values = {
+        name: float(value) + term.std.get(name, 0.0) * np.append(0.0, rng.normal(size=DRAWS))
+        for name, value in named(term.effect).complete(term.values).items()
+    }
+    return replace(term, values=_within_bounds(term, values))
+
+
+def _within_bounds(
+    term: Term, drawn: Mapping[str, NDArray[np.float64]]
+) -> dict[str, float | NDArray[np.float64]]:
+    """Drawn values as far as physics allows them."""
+    bounds = named(term.effect).bounds
+    found: dict[str, float | NDArray[np.float64]] = {}
+    for name, values in drawn.items():
+        low, high = bounds[name]
+        least = _LEAST_SHARE * float(values[0]) if low >= 0.0 else low
+        found[name] = np.clip(values, max(low, least), high)
+    return found
+
+
+def _one(drawn: AxisModel, n: int) -> AxisModel:
+    """One of the drawn axes."""
+    terms = (
+        replace(term, values={name: np.asarray(value)[n] for name, value in term.values.items()})
+        for term in drawn.terms
+    )
+    return replace(drawn, terms=tuple(terms))
+
+
+# Effort that a model leaves unexplained, and how much of it another motion will meet.
+#
+# Most of it may be nothing but the encoder's noise: differentiated twice and multiplied by the
+# inertia, it looks like effort. No drive needs that. So the encoder's noise is taken out as Wiener
+# does, frequency by frequency. Its spectrum is that of replicas: the same motion, read with counts
+# that lie elsewhere. What stays may belong to the place in the motion and come back, or be new each
+# time.
+#
+# An axis that stands takes any effort up to its friction, so nothing is seen there. Noise of the
+# same spectrum stands in for it.
+# Source: Wiener, Extrapolation, Interpolation, and Smoothing of Stationary Time Series (1949).
+
+_NEIGHBOURS: Final = 4
+"""Frequencies on either side over which a spectrum is averaged."""
+_TINY: Final = 1e-30
+
+
+def encoder_replicas(
+    parameters: Array,
+    signals: Signals,
+    position: Array,
+    rng: np.random.Generator,
+    every: int = 1,
+) -> Array:
+    """What noise of the encoder alone would leave unexplained by a base model, (DRAWS, M).
+
+    The motion is read again with counts that lie elsewhere.
+
+    Parameters
+    ----------
+    parameters : (4,) array
+        Of the base model.
+    signals : Signals
+        Of the axis.
+    position : (N,) array
+        As recorded, evenly sampled.
+    rng : Generator
+    every : int
+        Of the N samples, every so many are wanted.
+    """
+    cutoff_hz, period_s = signals.cutoff_hz, signals.period_s
+    (true,) = differentiate(position, cutoff_hz, period_s, orders=[0])
+    count = signals.encoder_count
+    beyond = math.sqrt(max(signals.position_noise**2 - count**2 / 12.0, 0.0))
+    of_true = (filtered_regressor(true, cutoff_hz, period_s) @ parameters)[::every]
+    found = np.empty((DRAWS, len(of_true)))
+    for row, lies in zip(found, rng.uniform(size=DRAWS), strict=True):
+        read = true + beyond * rng.normal(size=len(true))
+        if count:
+            read = count * (np.round(read / count + lies) - lies)
+        row[:] = (filtered_regressor(read, cutoff_hz, period_s) @ parameters)[::every] - of_true
+    return found
+
+
+def drawn_unexplained(
+    left: Array, known: NDArray[np.bool_], replicas: Array, rng: np.random.Generator
+) -> Array:
+    """Effort (D, N) that drives like this one need beyond what the model explains.
+
+    Parameters
+    ----------
+    left : (D, N) array
+        Effort that the model leaves, where it is known.
+    known : (N,) array of bool
+    replicas : (D, N) array
+        Of what the encoder's noise has in it. How strong that is by chance, each drive takes from
+        one of them.
+    rng : Generator
+    """
+    drives, samples = left.shape
+    share = max(float(np.mean(known)), 1.0 / samples)
+    turns = rng.uniform(size=(drives, samples // 2 + 1))
+    back = np.cos(rng.uniform(0.0, 0.5 * np.pi, drives))
+    found = np.empty(left.shape)
+    for row, of_left, replica, turn, comes in zip(found, left, replicas, turns, back, strict=True):
+        # one after the other: the spectra of all are large
+        seen, noise = (np.fft.rfft(np.where(known, of, 0.0)) for of in (of_left, replica))
+        strength = np.maximum(_smooth(np.abs(seen) ** 2), _TINY)
+        true = np.clip(1.0 - _smooth(np.abs(noise) ** 2) / strength, 0.0, 1.0)
+        turned = seen / math.sqrt(share) * np.exp(2j * np.pi * turn)
+        mixed = comes * true * seen + np.sqrt(true - (comes * true) ** 2) * turned
+        both = np.fft.irfft(np.stack([mixed, np.sqrt(true) * turned]), samples)
+        row[:] = np.where(known, *both)
+    return found
+
+
+def _smooth(power: Array) -> Array:
+    """Mean over neighbouring frequencies."""
+    around = np.pad(power, _NEIGHBOURS, mode="reflect")
+    return np.asarray(np.mean(sliding_window_view(around, 2 * _NEIGHBOURS + 1, axis=-1), axis=-1))

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
+from edge_ident.support.atomic_files import no_file
 from edge_ident.support.json_text import read_json, write_json
-from edge_ident.support.paths import no_file
 from firmware_interface.board import BoardIdentity
 from firmware_interface.gains import AxisGains, Bank
 

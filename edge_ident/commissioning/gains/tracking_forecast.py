@@ -10,13 +10,13 @@ They differ in all that is not known:
 - the time by which effort and position are apart in the record, within its deviation;
 - how friction turns round, which no encoder resolves: at once, or within a whole count;
 - how much of what is unexplained is the encoder's noise, which no drive has to bring up
-  (`edge_ident.commissioning.gains.unexplained`);
+  (`edge_ident.commissioning.gains.drawn_loads`);
 - whether the rest belongs to the place in the motion and comes back, or is new each time: each
   drive has a mixture of what was seen and of other noise with the same spectrum;
 - where the encoder's counts lie.
 
 The errors are read as a board reports them, in whole counts, from the way that the motor is to take
-(`edge_ident.commissioning.gains.motor_way`). The 90 % interval goes from the
+(`edge_ident.commissioning.gains.tracking_forecast`). The 90 % interval goes from the
 smallest of `DRAWS` to the largest.
 
 Terms that are tied to time (`Effect.tied_to_time`) act in the recording that they were found in.
@@ -35,18 +35,22 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.gains.drawn_axes import DRAWS
-from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
-from edge_ident.commissioning.gains.motor_way import lead_rad
-from edge_ident.commissioning.gains.unexplained import drawn_unexplained
+from edge_ident.commissioning.gains.drawn_loads import (
+    DRAWS,
+    Grounds,
+    drawn_loads,
+    drawn_unexplained,
+)
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.compensation import effort_limit_nm
-from edge_ident.control.gain_design import worst_margins
+from edge_ident.control.gain_design import GainDesign, worst_margins
 from edge_ident.control.position_loop import LoopHardware, law_response
 from edge_ident.model.model import AxisModel
+from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from firmware_interface.gains import AxisGains, Bank
-from firmware_interface.motion import Reference
+from firmware_interface.law_memory import NOTHING, Memory
+from firmware_interface.motion import Reference, Trajectory
 
 Array = NDArray[np.float64]
 
@@ -241,3 +245,63 @@ def _drawn(
     errors = reference_rad + lead - position
     rms, peak = np.sqrt(np.mean(errors**2, axis=-1)), np.max(np.abs(errors), axis=-1)
     return Drawn(rms, peak, errors)
+
+
+# Where gains with a term for play want the motor, which an encoder on it can judge.
+#
+# Such gains let the motor lead its reference by half the gap, so that the load follows. The encoder
+# sits on the motor. So two motions are compared by how well the motor kept to the way that it was
+# to take. Whether the load follows better only a scale or a dial gauge at the load can show.
+
+
+def of_motor(recording: Recording, gains: Bank, trajectory: Trajectory) -> Recording:
+    """The recording with the way of the motor for its reference.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a motion with these gains.
+    gains : mapping of axis name to AxisGains
+    trajectory : Trajectory
+        Of the motion: its way in decides on which side of the play the recording begins.
+    """
+    if not any("backlash" in of_axis.terms for of_axis in gains.values()):
+        return recording
+    moved = RecordedMotion.along(recording, trajectory)
+    ways_in = {axis: way.position_rad[: moved.begin + 1] for axis, way in moved.references.items()}
+    axes = {
+        axis: _led(record, gains[axis], ways_in[axis]) for axis, record in recording.axes.items()
+    }
+    return replace(recording, axes=axes)
+
+
+def _led(record: AxisRecord, gains: AxisGains, way_in_rad: Array) -> AxisRecord:
+    if record.reference is None or "backlash" not in gains.terms:
+        return record
+    start = NOTHING.along(gains, way_in_rad).last
+    return replace(record, reference=record.reference + lead_rad(gains, record.reference, start))
+
+
+def lead_rad(gains: AxisGains, reference_rad: Array, start: Memory = NOTHING) -> Array:
+    """How far the motor is to lead a reference (N,), whose first sample is where the law begins.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    reference_rad : (N,) array
+    start : Memory
+        Of the law, before it.
+    """
+    way = np.concatenate([reference_rad[:1], reference_rad])
+    return np.broadcast_to(start.along(gains, way).backlash_rad, reference_rad.shape)
+
+
+def unseen_load(designs: Mapping[str, GainDesign]) -> str:
+    """What an outcome must add where gains make up for play; empty where none do."""
+    axes = [name for name, found in designs.items() if "backlash" in found.gains.terms]
+    if not axes:
+        return ""
+    return (
+        f"; axis {', '.join(axes)}: the error is that of the motor, which leads by half the play; "
+        "its encoder cannot show whether the load follows better"
+    )

@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.motor_way import of_motor
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.promise import Errors, Promise, promised
-from edge_ident.commissioning.gains.shadow_bank import confirm_window_s
-from edge_ident.commissioning.gains.transfer import write_gains
+from edge_ident.commissioning.gains.tracking_forecast import of_motor
+from edge_ident.commissioning.gains.transfer import confirm_window_s, write_gains
 from edge_ident.commissioning.gains.verification import (
     Verification,
     compare_motions,

@@ -11,7 +11,7 @@ from typing import Final
 
 from serial.tools import list_ports
 
-from edge_ident.commissioning.link.check import Check
+from edge_ident.commissioning.link.link_checks import Check
 from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.manifest import VARIANTS, Variant
 

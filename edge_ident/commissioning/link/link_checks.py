@@ -2,13 +2,12 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.link.check import Check
 from edge_ident.commissioning.link.port_notes import explain
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
@@ -28,6 +27,19 @@ _CLOCK_ERROR: Final = 1e-3
 """Largest difference between the clocks of board and host: what a second of the one is in the
 other goes straight into every speed and acceleration."""
 _JITTER_S: Final = 0.05
+
+
+# One thing that was looked at, and what to do where it is not well.
+
+
+@dataclass(frozen=True)
+class Check:
+    """Outcome of one look."""
+
+    what: str
+    good: bool
+    detail: str
+    next_step: str = ""
 
 
 def check_link(url: str, baud_rate: int, on_request: Callable[[int, int], None]) -> list[Check]:

@@ -25,9 +25,8 @@ from edge_ident.commissioning.study.livelier_motion import (
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.errors import DataError
-from edge_ident.experiment.announcement import announced, inseparable_reasons
 from edge_ident.experiment.open_causes import explanations, is_open, questions, without_causes
-from edge_ident.experiment.result import MotionPlan
+from edge_ident.experiment.result import MotionPlan, announced, inseparable_reasons
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification, ParameterSource
 from edge_ident.signals.data_checks import check_recording

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.estimation.columns import unit_length
+from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.standstill import widened
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.estimation.columns import unit_length
+from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ PUBLIC = {
     "edge_ident.support.limits",
     "edge_ident.support.memory",
     "edge_ident.support.streams",
-    "edge_ident.support.toml_text",
+    "edge_ident.support.json_text",
     "edge_ident.support.visible_text",
     "edge_ident.support.words",
 }

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app, sessions
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 from edge_ident.errors import BoardError, DataError
 from firmware_interface.board import Board
 from firmware_interface.registers import Fault

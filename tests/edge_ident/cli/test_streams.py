@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.drive.writing import drive_text
+from edge_ident.drive.description import drive_text
 from tests import processes
 from tests.short_runs import brief_drive
 

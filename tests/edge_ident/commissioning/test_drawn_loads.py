@@ -5,9 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.gains.drawn_axes import DRAWS, drawn_axis, from_then_on
-from edge_ident.commissioning.gains.drawn_loads import Grounds, drawn_loads
-from edge_ident.commissioning.gains.unexplained import drawn_unexplained, encoder_replicas
+from edge_ident.commissioning.gains.drawn_loads import (
+    DRAWS,
+    Grounds,
+    drawn_axis,
+    drawn_loads,
+    drawn_unexplained,
+    encoder_replicas,
+    from_then_on,
+)
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.inverse import inverse_effort

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.motor_way import of_motor, unseen_load
-from edge_ident.commissioning.gains.tracking_forecast import drawn_errors
+from edge_ident.commissioning.gains.tracking_forecast import drawn_errors, of_motor, unseen_load
 from edge_ident.commissioning.gains.verification import compare_motions
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.gain_design import GainDesign

@@ -9,8 +9,7 @@ from interrupted_link import InterruptedLink, Killed
 from promised import design_always, promise_a_share
 
 from edge_ident.commissioning.gains import trial as gain_trial
-from edge_ident.commissioning.gains.drawn_axes import DRAWS
-from edge_ident.commissioning.gains.drawn_loads import Grounds
+from edge_ident.commissioning.gains.drawn_loads import DRAWS, Grounds
 from edge_ident.commissioning.gains.promise import (
     Errors,
     Expected,

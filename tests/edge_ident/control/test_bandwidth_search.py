@@ -13,8 +13,7 @@ from edge_ident.control.gain_design import (
     design,
     worst_margins,
 )
-from edge_ident.control.loop_plant import Plant, SprungLoad
-from edge_ident.control.position_loop import LoopHardware, law_response
+from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad, law_response
 from edge_ident.errors import GainError
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from firmware_interface.gains import AxisGains

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.control.gain_design import GainDesign, design
-from edge_ident.control.law_numbers import table_fade_speed, wave_fade_speed
+from edge_ident.control.law_terms import table_fade_speed, wave_fade_speed
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term

@@ -8,8 +8,7 @@ import pytest
 import scipy.signal
 
 from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, design
-from edge_ident.control.loop_plant import Plant, SprungLoad
-from edge_ident.control.position_loop import LoopHardware, margins_of
+from edge_ident.control.position_loop import LoopHardware, Plant, SprungLoad, margins_of
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from firmware_interface.gains import AxisGains
 

@@ -6,8 +6,14 @@ from pathlib import Path
 import pytest
 
 from edge_ident.drive.description import load_drive
-from edge_ident.drive.motion_files import load_motion, motion_document, save_motion
-from edge_ident.drive.motions import MOTIONS, MotionName, named_trajectory
+from edge_ident.drive.motions import (
+    MOTIONS,
+    MotionName,
+    load_motion,
+    motion_document,
+    named_trajectory,
+    save_motion,
+)
 from edge_ident.errors import DataError
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.drive.description import load_drive
-from edge_ident.drive.writing import write_drive
+from edge_ident.drive.description import load_drive, write_drive
 from edge_ident.errors import DataError
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.estimation.alignment import align
+from edge_ident.estimation.image import align
 from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.dct import subsample

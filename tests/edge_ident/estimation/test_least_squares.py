@@ -6,7 +6,7 @@ import scipy.signal
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.columns import Columns
+from edge_ident.estimation.least_squares import Columns
 from edge_ident.model import model
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.filters import lowpass

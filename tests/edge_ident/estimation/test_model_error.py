@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.columns import Columns
+from edge_ident.estimation.least_squares import Columns
 from edge_ident.estimation.model_error import (
     SMALLEST_EXCESS,
     RegimeSpread,

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import network_estimate
-from edge_ident.estimation.alignment import Subsampled
-from edge_ident.estimation.image import effort_scale
+from edge_ident.estimation.image import Subsampled, effort_scale
 from edge_ident.estimation.manifest import VARIANTS, Variant
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.estimation.network_estimate import NetworkEstimate, motion_mismatch

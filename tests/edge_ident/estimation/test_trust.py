@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from edge_ident.estimation.columns import Columns
+from edge_ident.estimation.least_squares import Columns
 from edge_ident.estimation.trust import check_estimate, compare_estimators, not_shown
 from edge_ident.model.model import Estimate
 

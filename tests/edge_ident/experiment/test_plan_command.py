@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from edge_ident.cli import app
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.drive.motion_files import load_motion
+from edge_ident.drive.motions import load_motion
 from edge_ident.experiment.plan import BoardSide, plan_motion
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording, save_recording

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.estimation.columns import Columns
+from edge_ident.estimation.least_squares import Columns
 from edge_ident.estimation.trust import check_estimate
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification

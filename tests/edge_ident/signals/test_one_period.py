@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.estimation.alignment import align
+from edge_ident.estimation.image import align
 from edge_ident.estimation.network import load_network
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.one_period import (
