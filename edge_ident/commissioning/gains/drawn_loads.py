@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.diagnosis.prepare.masks import run_in
-from edge_ident.estimation.compensation import compensate_effects, without_delay
+from edge_ident.estimation.compensation import compensate_effects
+from edge_ident.estimation.known_effects import without_delay
 from edge_ident.identification.result import Identification
 from edge_ident.model.base_in_time import base_at
 from edge_ident.model.effects import named

@@ -94,7 +94,7 @@ def test_sound_axes_load_nothing_of_effects_boards_and_diagnoses(identified: dic
     ours = {
         "edge_ident.control.position_loop",
         "edge_ident.diagnosis.result",
-        "edge_ident.estimation.compensation",
+        "edge_ident.estimation.known_effects",
         "edge_ident.model.effect",
         "edge_ident.model.effects",
         "edge_ident.model.model_files",
