@@ -148,7 +148,7 @@ def test_what_nothing_explains_is_said_and_widens_the_intervals() -> None:
     axis = identified(recording(event=0.5))
     assert axis.diagnosis is not None
     assert "unexplained" in {finding.code for finding in axis.findings}
-    assert np.all(axis.estimate.std > 3.0 * identified(recording()).estimate.std)
+    assert np.all(axis.estimate.std > 2.0 * identified(recording()).estimate.std)
     assert np.all(off(axis) < 3.0)
     assert axis.trusted
 
