@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.commissioning.gains.shadow_bank import staged_kept
+from edge_ident.commissioning.gains.transfer import staged_kept
 from edge_ident.commissioning.latency.after_motion import after_motion_ms
 from edge_ident.commissioning.motion.safety import left_safe
 from edge_ident.errors import BoardError, EdgeIdentError
