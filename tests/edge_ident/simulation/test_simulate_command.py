@@ -155,5 +155,5 @@ def test_a_drive_that_runs_away_is_an_error_not_a_recording(tmp_path: Path) -> N
     [{"noise": np.nan}, {"noise": -1.0}, {"encoder_counts": -1.0}, {"motion": "spiral"}],
 )
 def test_what_cannot_be_simulated_is_refused(asked: dict[str, Any]) -> None:
-    with pytest.raises(edge_ident.ModelError):
+    with pytest.raises(edge_ident.EdgeIdentError):
         edge_ident.simulate(**asked)
