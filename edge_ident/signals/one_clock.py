@@ -182,7 +182,8 @@ def with_own_clocks(table: Table) -> Table:
         for i, end in zip(clocks, [*clocks[1:], len(columns)], strict=True)
         for column in columns[i + 1 : end]
     ]
-    if any(not len(each.stamps) for each in series):
+    series = [each for each in series if len(each.stamps)]
+    if not series:
         return table
     made = merged(series, times[0].heading, times[0].unit)
     how = ", ".join(filter(None, (table.how, f"{len(clocks)} columns of time")))
