@@ -66,6 +66,8 @@ def _sections() -> Iterator[str]:
         yield ""
         yield from _parameters(effect)
         yield f"- Signature: {effect.search.signature}."
+        if effect.search.largest:
+            yield f"- Largest on a machine: {'; '.join(map(str, effect.search.largest))}."
         yield f"- Looks like: {', '.join(map(_link, effect.search.alternatives))}."
         yield f"- Motion that shows it: {effect.search.experiment}."
         yield f"- Part of the machine: {effect.advice.part}."

@@ -18,6 +18,9 @@ built with their first resonance well above this, and their position loops end w
 judgement, not a measurement."""
 
 
+_TINY: Final = float(np.finfo(float).tiny)
+
+
 class ChangesWith(Enum):
     """What an effect grows or fades with, and the names of the parameters that say how."""
 
@@ -147,10 +150,6 @@ class Excitation:
         """Of such a sine: what is later by more has the other sign."""
         return float(0.5 * np.pi / self.turning_rate)
 
-    def moved(self, inertia: Array) -> bool:
-        """Whether the drive could have moved this much inertia."""
-        return bool(np.all(inertia * self.acceleration < self.effort))
-
     def periods(self, lowest: float, highest: float, step: float = 0.5) -> Array:
         """Periods of position, from `lowest` to `highest` waves over the travel, `step` apart.
 
@@ -180,6 +179,50 @@ class Excitation:
             "place": self.lowest + np.concatenate(steps),
             "width": np.repeat(widths, [len(step) for step in steps]),
         }
+
+
+class Yardstick(Enum):
+    """What the size of an effect is measured by, on the machine that has it."""
+
+    TURN = "its own period"
+    TRAVEL = "the travel"
+    EFFORT = "the peak effort"
+    INERTIA = "the inertia that the drive could have moved"
+
+    def on(self, values: Values, excitation: Excitation) -> Array | float:
+        """Its value, for values (D,) of the effect."""
+        if self is Yardstick.TURN:
+            return values["period"]
+        if self is Yardstick.TRAVEL:
+            return excitation.travel
+        if self is Yardstick.EFFORT:
+            return excitation.effort
+        return excitation.effort / max(excitation.acceleration, _TINY)
+
+
+class Largest(NamedTuple):
+    """The largest size that an effect has on a machine.
+
+    Attributes
+    ----------
+    parameters : tuple of str
+        The size is the root of the sum of their squares.
+    share : float
+    of : Yardstick
+    """
+
+    parameters: tuple[str, ...]
+    share: float
+    of: Yardstick
+
+    def holds(self, values: Values, excitation: Excitation) -> bool:
+        """Whether values (D,) are no larger."""
+        size = np.sqrt(sum(np.square(values[name]) for name in self.parameters))
+        return bool(np.all(size <= self.share * self.of.on(values, excitation)))
+
+    def __str__(self) -> str:
+        names = " and ".join(f"`{name}`" for name in self.parameters)
+        return f"{names} {self.share:g} of {self.of.value}"
 
 
 def _no_grid(excitation: Excitation) -> dict[str, Array]:
@@ -224,7 +267,9 @@ class SearchSpec:
         From an `Excitation` to values of the nonlinear parameters, arrays of one length. A form
         without nonlinear parameters takes the first values, and those that it knows.
     physical : callable
-        Whether values (a mapping of arrays) are as large as a recording of an `Excitation` allows.
+        Whether values (a mapping of arrays) may be seen in a recording of an `Excitation`.
+    largest : tuple of Largest
+        The sizes that a machine can have, in units of its own.
     discrepancy : float
         Share of its effort by which the formula may be off on a machine that has the effect. What
         the residual holds within that share is no evidence of another effect. A judgement, not a
@@ -262,6 +307,7 @@ class SearchSpec:
     experiment: str = ""
     grid: Callable[[Excitation], dict[str, Array]] = _no_grid
     physical: Callable[[Values, Excitation], bool] = _always
+    largest: tuple[Largest, ...] = ()
     discrepancy: float = 0.03
     open_ended: tuple[str, ...] = ()
     between_recordings: tuple[str, ...] = ()
@@ -271,6 +317,11 @@ class SearchSpec:
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never
     degenerate: Callable[[Values, float], str] = _not_degenerate
+
+    def possible(self, values: Values, excitation: Excitation) -> bool:
+        """Whether a machine can have values (a mapping of arrays), and the recording show them."""
+        fits = all(largest.holds(values, excitation) for largest in self.largest)
+        return fits and self.physical(values, excitation)
 
     @property
     def linear(self) -> frozenset[str]:

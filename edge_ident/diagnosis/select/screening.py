@@ -22,7 +22,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 def excited(term: FittedTerm, excitation: Excitation) -> bool:
     """Whether the recording excites a term of this size."""
-    return named(term.candidate.effect).search.physical(term.values, excitation)
+    return named(term.candidate.effect).search.possible(term.values, excitation)
 
 
 def measurable(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:

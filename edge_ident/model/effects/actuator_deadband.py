@@ -13,7 +13,7 @@ import numpy as np
 from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -63,6 +63,7 @@ EFFECT: Final = ActuatorDeadband(
             "moving: --motion multisine"
         ),
         grid=_grid,
+        largest=(Largest(("width",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.1,
     ),
     draw=_draw,

@@ -17,7 +17,15 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec, heavier_than
+from edge_ident.model.search import (
+    SOUND_RESONANCE_HZ,
+    Excitation,
+    Form,
+    Largest,
+    SearchSpec,
+    Yardstick,
+    heavier_than,
+)
 from edge_ident.model.strengths import Draws, Scale
 
 _SEGMENTS: Final = 12
@@ -117,9 +125,8 @@ class Backlash(Effect):
 
 
 def _physical(values: Values, excitation: Excitation) -> bool:
-    """A gap that the encoder resolves, and no more inertia than the drive moved."""
-    seen = np.all(values["gap"] >= 0.5 * excitation.resolution)
-    return bool(seen) and excitation.moved(values["load_inertia"])
+    """A gap that the encoder resolves."""
+    return bool(np.all(values["gap"] >= 0.5 * excitation.resolution))
 
 
 def _degenerate(values: Values, inertia: float) -> str:
@@ -236,6 +243,10 @@ EFFECT: Final = Backlash(
         ),
         grid=_grid,
         physical=_physical,
+        largest=(
+            Largest(("gap",), 1.0, Yardstick.TRAVEL),
+            Largest(("load_inertia",), 1.0, Yardstick.INERTIA),
+        ),
         discrepancy=0.4,
         open_ended=("deceleration", "contact_rate"),
         needs_reversals=True,

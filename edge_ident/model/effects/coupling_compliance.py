@@ -18,7 +18,15 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec, heavier_than
+from edge_ident.model.search import (
+    SOUND_RESONANCE_HZ,
+    Excitation,
+    Form,
+    Largest,
+    SearchSpec,
+    Yardstick,
+    heavier_than,
+)
 from edge_ident.model.strengths import Draws, Scale
 
 _STOPPING_RATE: Final = 300.0
@@ -96,11 +104,6 @@ class CouplingCompliance(Effect):
         pull = real_product(states, np.broadcast_to(weight, smooth[..., :1].shape).ravel())
         carried = smooth + friction * motion.direction
         return values["load_inertia"] * (pull.T.reshape(smooth.shape) - carried)
-
-
-def _physical(values: Values, excitation: Excitation) -> bool:
-    """No more inertia than the drive moved."""
-    return excitation.moved(values["load_inertia"])
 
 
 def _degenerate(values: Values, inertia: float) -> str:
@@ -186,7 +189,7 @@ EFFECT: Final = CouplingCompliance(
         ),
         experiment="a motion with content up to the resonance: --motion multisine",
         grid=_grid,
-        physical=_physical,
+        largest=(Largest(("load_inertia",), 1.0, Yardstick.INERTIA),),
         discrepancy=0.4,
         open_ended=("rate", "damping_ratio", "deceleration"),
         essential=("load_inertia",),

@@ -14,7 +14,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
 from edge_ident.model.strengths import Draws, Scale
 
 
@@ -91,6 +91,7 @@ EFFECT: Final = PayloadChange(
         alternatives=("gain_drift", "warm_up", "offset_drift", "disturbance_event"),
         experiment="accelerations throughout the record: --motion multisine",
         grid=_grid,
+        largest=(Largest(("inertia",), 1.0, Yardstick.INERTIA),),
         discrepancy=0.05,
         essential=("inertia",),
         between_recordings=("time",),

@@ -16,7 +16,14 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
+from edge_ident.model.search import (
+    SOUND_RESONANCE_HZ,
+    Excitation,
+    Form,
+    Largest,
+    SearchSpec,
+    Yardstick,
+)
 from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
@@ -80,11 +87,6 @@ class PreslidingHysteresis(Effect):
         return np.asarray(values["level"] * (held / _BRISTLES - direction))
 
 
-def _physical(values: Values, excitation: Excitation) -> bool:
-    """No more friction than the drive overcame."""
-    return bool(np.all(values["level"] < excitation.effort))
-
-
 def _sound(values: Values, excitation: Excitation) -> bool:
     """As stiff after a reversal, 2·level/distance, as the chain of any drive, which winds up."""
     stiffness = 2.0 * values["level"] / values["distance"]
@@ -120,7 +122,10 @@ EFFECT: Final = PreslidingHysteresis(
         alternatives=("backlash", "stribeck_friction", "coupling_compliance"),
         experiment="small reversals of several sizes: --motion multisine",
         grid=_grid,
-        physical=_physical,
+        largest=(
+            Largest(("level",), 1.0, Yardstick.EFFORT),
+            Largest(("distance",), 1.0, Yardstick.TRAVEL),
+        ),
         discrepancy=0.15,
         needs_reversals=True,
         shares_friction=True,

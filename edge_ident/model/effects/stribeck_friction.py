@@ -16,7 +16,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 from edge_ident.model.strengths import Draws, Scale
 
 _BOARD: Final = 2.0
@@ -81,6 +81,7 @@ EFFECT: Final = StribeckFriction(
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),
         experiment="slow speeds held for long, both ways: --motion staircase",
         grid=_grid,
+        largest=(Largest(("level",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.05,
         shares_friction=True,
     ),

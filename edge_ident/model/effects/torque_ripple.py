@@ -13,7 +13,7 @@ from edge_ident.model.advice import Advice
 from edge_ident.model.compensation import Compensation
 from edge_ident.model.effect import Array, Effect, Parameter, Values
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
 from edge_ident.model.strengths import Draws, Scale
 from edge_ident.model.waves import wave
 
@@ -75,6 +75,7 @@ EFFECT: Final = TorqueRipple(
         ),
         experiment="several speeds over the same stroke: --motion staircase",
         grid=_grid,
+        largest=(Largest(("cosine", "sine"), 1.0, Yardstick.EFFORT),),
         essential=("period",),
         repeats=True,
     ),
