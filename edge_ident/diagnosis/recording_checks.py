@@ -18,6 +18,7 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.effort_checks import UNRELATED, check_effort, unbounded, unphysical
 from edge_ident.estimation.trust import Finding, check_estimate
+from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
 from edge_ident.signals.filters import lowpass
@@ -25,6 +26,7 @@ from edge_ident.signals.metrics import rms
 from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.resampling import EvenGrid
+from edge_ident.support.words import listed, spoken
 
 Array = NDArray[np.float64]
 
@@ -36,6 +38,9 @@ _BEYOND_NOISE: Final = 2.0
 """What is left over the noise floor, from which it is no noise whatever the floor's uncertainty."""
 _MOST_LEFT: Final = 0.5
 """Of the effort's squares, below which a model explains most of it."""
+_OF_POSITION: Final = 0.03
+"""Share of the effort up to which it is a law of the position: as far as a formula of the catalogue
+may be off (`SearchSpec.discrepancy`)."""
 _INDEPENDENT_EXCITATION: Final = (
     "record a motion that does not depend on the axis: a reference that moves, such as "
     "--motion multisine"
@@ -78,8 +83,45 @@ def findings(
         found += _naming(recording, laws, len(recordings) > 1)
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
-    found += _narrow_excitation(data)
+    found += [*_narrow_excitation(data), *_of_position(data, extended)]
     return _each_once(found)
+
+
+def _of_position(data: AxisData, model: FittedModel) -> list[Finding]:
+    """Whether the effort is a law of the position, and none of the motion.
+
+    A controller that compensates gravity makes such an effort while a hand moves the axis, and so
+    does a load on an axis that moves slowly: no inertia is seen in either.
+    """
+    effort = data.effort[data.valid]
+    efforts = model.jacobian[data.valid] * model.linear_parameters
+    along = np.zeros(len(model.linear_parameters), dtype=np.bool_)
+    along[PARAMETERS.index("offset")] = True
+    laws = []
+    for k, term in enumerate(model.terms):
+        effect = named(term.candidate.effect)
+        if effect.compensation.over == "position" and effect.overrides("load"):
+            along[model.columns_of(k)] = True
+            laws.append(term)
+    rest, inertia = effort - np.sum(efforts[:, along], axis=1), rms(efforts[:, 0])
+    scale = rms(effort)
+    if not laws or rms(rest) > _OF_POSITION * scale or inertia > TOLERANCE * scale:
+        return []
+    values = [
+        f"{spoken(term.candidate.effect)} with "
+        + ", ".join(f"{name} {float(value):.4g}" for name, value in term.linear.items() if value)
+        for term in laws
+    ]
+    return [
+        Finding(
+            "effort_of_position",
+            f"the effort is a law of the position to {rms(rest) / scale:.1%}: a load, or a "
+            f"controller that makes it ({listed(values)}); inertia is not in this recording",
+            "record the effort that reaches the axis, with a drive that accelerates it: "
+            "--motion multisine, and a controller that compensates no load",
+            blocks=False,
+        )
+    ]
 
 
 def _explains(data: AxisData, model: FittedModel) -> bool:

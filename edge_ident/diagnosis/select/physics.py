@@ -43,7 +43,7 @@ def unphysical(
     tolerance : float
         Rms of an effort that is not worth naming.
     """
-    if model.base[0] <= 0.0:
+    if model.base[0] <= 0.0 and _shows_inertia(data, start):
         return "with it the best fit has no inertia, which no machine has"
     jacobian = jacobian_of(data, model)[data.valid]
     left, present = (data.effort - model.predicted)[data.valid], model.linear_parameters
