@@ -142,7 +142,10 @@ def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
         parts = [recording for recording, s in pairs if s.motion.clock == clock]
         rules = replace(problem.rules, stability=False)
         one = replace(problem, recordings=parts, validates=(), rules=rules)
-        alone[parts[0].source] = _in_band(one).axis
+        try:
+            alone[parts[0].source] = _in_band(one).axis
+        except DataError:  # it is too short to be diagnosed alone
+            continue
     return timing_differs(alone)
 
 

@@ -13,10 +13,12 @@ from edge_ident.diagnosis.judge.stability import RUNS
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.pooled import check_pooled
 from edge_ident.diagnosis.prepare.parts import in_parts
+from edge_ident.diagnosis.prepare.preparation import TooShortError
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
 from edge_ident.estimation.tracking_check import check_tracking
+from edge_ident.estimation.trust import Finding
 from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.given_recordings import Given, given_recording, given_recordings
@@ -100,7 +102,10 @@ def diagnose(
         parts, places, said = in_parts(every, name)
         others, _, also_said = in_parts(validates, name)
         template = _template(parts[0], name, model)
-        found, validation = diagnose_axis(AxisProblem(parts, name, template, others, rules, told))
+        problem = AxisProblem(parts, name, template, others, rules, told)
+        problem, places, short = _without_short(problem, places)
+        said += short
+        found, validation = diagnose_axis(problem)
         given = replace(found.traces, recording=np.array(places)[found.traces.file])
         told_first = (*said, *also_said, *check_tracking(every, name))
         axes[name] = replace(found, findings=(*told_first, *found.findings), traces=given)
@@ -110,6 +115,27 @@ def diagnose(
     on_progress("simulated motion", 0, 1)
     diagnosis = Diagnosis(axes, data_findings([*every, *validates], axes), validations)
     return with_motion_errors(diagnosis, every)
+
+
+def _without_short(
+    problem: AxisProblem, places: list[int]
+) -> tuple[AxisProblem, list[int], list[Finding]]:
+    """A problem without the recordings that show nothing of its axis, the places of the others, and
+    which are left out."""
+    try:
+        _ = problem.data  # it is kept
+    except TooShortError as short:
+        kept = [k for k in range(len(places)) if k not in short.places]
+        left_out = listed(dict.fromkeys(problem.recordings[k].source for k in short.places))
+        finding = Finding(
+            "recording_left_out",
+            f"{left_out}: no sample lies away from standstill and reversals, so it is left out",
+            short.next_step,
+            blocks=False,
+        )
+        recordings = [problem.recordings[k] for k in kept]
+        return replace(problem, recordings=recordings), [places[k] for k in kept], [finding]
+    return problem, places, []
 
 
 def _axes_to_diagnose(

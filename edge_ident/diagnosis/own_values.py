@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.own_columns import one_way
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.own_scale import OwnScale
 from edge_ident.diagnosis.tolerance import TOLERANCE
@@ -24,6 +25,15 @@ _OF_COLUMN: Final = {
 """What is the same beside a column of another scale, and what to compare."""
 
 
+_SHARED: Final = Finding(
+    "offset_shared",
+    "each recording moves one way, so one offset is taken for all: Coulomb friction is wrong by as "
+    "much as their offsets differ",
+    "record one motion that goes both ways, or do not tare the effort in between",
+    blocks=False,
+)
+
+
 def own_values(
     recordings: Sequence[Recording], name: str, data: AxisData, model: FittedModel
 ) -> list[Finding]:
@@ -40,6 +50,8 @@ def own_values(
     """
     if len(recordings) < 2:
         return []
+    if one_way(data):
+        return [_SHARED]
     offsets, frictions = [], []
     last, effort_unit = recordings[-1].source, recordings[-1].axes[name].effort_unit
     for parameter, source, value in _certain(recordings, data, model):

@@ -3,6 +3,9 @@ parameters that differ from day to day.
 
 Bearings warm up, and sensors are tared. A model with one offset would have to explain the
 difference by causes.
+
+An own offset is a matter of a tare, and small. Where every recording moves one way, it would be all
+that the dry friction is: there, one offset is that of all.
 """
 
 from collections.abc import Hashable
@@ -18,6 +21,10 @@ from edge_ident.model.model import PARAMETERS
 Array = NDArray[np.float64]
 
 _KEY: Final[Hashable] = "own columns"
+_APART: Final = ("coulomb_friction", "offset")
+_SAME: Final = 0.95
+"""Cosine of the angle between direction and offset, from which a recording moves one way."""
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 def own_columns(data: AxisData) -> Array:
@@ -27,11 +34,29 @@ def own_columns(data: AxisData) -> Array:
     recording but the last, above that of the last. The base model has the means over all samples.
     """
     if _KEY not in data.cache:
+        known = np.array([float(name != "offset" or not one_way(data)) for name in data.own])
         inside = [data.recording == k for k in range(len(data.segments) - 1)]
         columns = (base_regressor(data)[:, PARAMETERS.index(name)] for name in data.own)
-        own = [(here - np.mean(here)) * column for column in columns for here in inside]
+        own = [
+            apart * (here - np.mean(here)) * column
+            for apart, column in zip(known, columns, strict=True)
+            for here in inside
+        ]
         data.cache[_KEY] = np.column_stack([data.timing_columns, *own])
     return data.cache[_KEY]
+
+
+def one_way(data: AxisData) -> bool:
+    """Whether each of several recordings moves one way, so that direction and offset are the same
+    in it, and not all of them do in the same."""
+    columns = base_regressor(data)
+    direction, offset = (columns[:, PARAMETERS.index(name)] for name in _APART)
+    alike = []
+    for k in range(len(data.segments)):
+        here = data.recording == k
+        size = float(np.linalg.norm(direction[here]) * np.linalg.norm(offset[here]))
+        alike.append(float(direction[here] @ offset[here]) / max(size, _TINY))
+    return min(map(abs, alike)) > _SAME and min(alike) < 0.0 < max(alike)
 
 
 def own_parameters(data: AxisData, base: Array, own: Array) -> dict[str, Array]:

@@ -69,6 +69,20 @@ _BLOCK_PERIODS: Final = 4.0
 _TINY: Final = float(np.finfo(float).tiny)
 
 
+class TooShortError(DataError):
+    """Some of several recordings show nothing of an axis, the others do.
+
+    Attributes
+    ----------
+    places : tuple of int
+        Of those recordings.
+    """
+
+    def __init__(self, message: str, next_step: str, places: tuple[int, ...]) -> None:
+        super().__init__(message, next_step)
+        self.places = places
+
+
 def prepare_axis(
     recordings: Sequence[Recording], name: str, *, timed: bool = True, widening: float = 1.0
 ) -> AxisData:
@@ -89,7 +103,8 @@ def prepare_axis(
     Raises
     ------
     DataError
-        Hardly any sample shows the axis in motion.
+        Hardly any sample shows the axis in motion; `TooShortError` where some recordings
+        show it in none.
     """
     clocked = zip(recordings, _clocks(recordings), strict=True)
     recorded = [_segment(each, name, clock, widening) for each, clock in clocked]
@@ -108,14 +123,18 @@ def prepare_axis(
 
 
 def _check_enough(name: str, segments: Sequence[Segment]) -> None:
-    fewest = min(len(s.sample_index) for s in segments)
     valid = sum(np.count_nonzero(s.valid) for s in segments)
-    if not fewest or valid < FEWEST_SAMPLES:
-        raise DataError(
-            f"axis {name}: only {valid} independent samples lie away from standstill and "
-            f"reversals, in a band up to {segments[0].cutoff_hz:.2g} Hz",
-            longer_or_faster(1.0 / segments[0].raw_period_s),
-        )
+    empty = tuple(k for k, s in enumerate(segments) if not len(s.sample_index))
+    if valid >= FEWEST_SAMPLES and not empty:
+        return
+    message = (
+        f"axis {name}: only {valid} independent samples lie away from standstill and reversals, in "
+        f"a band up to {segments[0].cutoff_hz:.2g} Hz"
+    )
+    next_step = longer_or_faster(1.0 / segments[0].raw_period_s)
+    if valid >= FEWEST_SAMPLES:
+        raise TooShortError(message, next_step, empty)
+    raise DataError(message, next_step)
 
 
 def _clocks(recordings: Sequence[Recording]) -> list[int]:
