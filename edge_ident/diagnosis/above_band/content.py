@@ -20,9 +20,10 @@ from edge_ident.diagnosis.above_band.accounts import (
     least_squares,
     lines_over_time,
 )
-from edge_ident.diagnosis.above_band.full_bandwidth import WIDEST, WideSignals
+from edge_ident.diagnosis.above_band.full_bandwidth import WideSignals
 from edge_ident.diagnosis.above_band.halves import Half, crossed, recorded_shares
 from edge_ident.diagnosis.above_band.line_again import may_hold_order
+from edge_ident.diagnosis.above_band.missed import Missed, missed_above, together
 from edge_ident.diagnosis.above_band.moving_line import MovingLine, moving_line
 from edge_ident.diagnosis.above_band.sinusoid import Sinusoid, merged, same
 from edge_ident.diagnosis.above_band.sinusoid_search import Peak, columns, search
@@ -45,8 +46,6 @@ _LESS: Final = 2.0
 _BETTER: Final = 1.25
 """Energy that the square of the speed explains, over that of a constant amplitude, from which it is
 the better law. On a sinusoidal motion it is 1.5 for an error of the encoder, 0.67 for a ripple."""
-_SEEN: Final = 0.5
-"""Weight from which the direction of a sample is known."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -105,6 +104,7 @@ def above_band(
     lines: list[list[Sinusoid]] = []
     moving: list[MovingLine | None] = []
     left: list[tuple[WideSignals, Array]] = []
+    missed: list[Missed] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment, known)
         peaks = search(wide)
@@ -119,6 +119,7 @@ def above_band(
         lines.append([s for s, p in beside if not p.order and s.certain])
         moving.append(moving_line(wide, peaks, without_inertia[0]))
         left.append((wide, without_inertia[0]))
+        missed.append(missed_above(wide, without_inertia, mass, segment.effort_density))
     found = [order for order in merged(orders) if _everywhere(order, orders, left)]
     return BandContent(
         share_in_band=_share_in_band(data.segments),
@@ -126,20 +127,8 @@ def above_band(
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
         moving=tuple(line for line in moving if line is not None),
-        missed=_missed(left, data.segments),
+        missed=together(missed),
     )
-
-
-def _missed(left: Sequence[tuple[WideSignals, Array]], segments: Sequence[Segment]) -> float:
-    """Rms of the effort (N,) above the band, of each recording, beyond white noise."""
-    energy = samples = 0.0
-    for (wide, above), s in zip(left, segments, strict=True):
-        seen = above[wide.weight > _SEEN]
-        above_hz = max(WIDEST / wide.period_s - wide.cutoff_hz, 0.0)
-        white = s.effort_noise**2 / s.cutoff_hz * above_hz
-        energy += float(seen @ seen) - len(seen) * white
-        samples += len(seen)
-    return math.sqrt(max(energy, 0.0) / max(samples, 1.0))
 
 
 def _everywhere(

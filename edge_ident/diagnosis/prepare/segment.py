@@ -113,6 +113,11 @@ class Segment:
         """Bandwidth of the comparison."""
         return self.band.cutoff_hz
 
+    @property
+    def effort_density(self) -> float:
+        """Power of the white noise of the effort, per Hz."""
+        return self.effort_noise**2 / self.cutoff_hz
+
     def in_step(self, applied_s: float) -> "Segment":
         """The same with a part of the shift taken out of the effort."""
         shift_s = self.shift_s + self.applied_s - applied_s
