@@ -101,13 +101,11 @@ def diagnose(
         told = partial(_told, on_progress, name, searching)
         parts, places, said = in_parts(every, name)
         others, _, also_said = in_parts(validates, name)
-        template = _template(parts[0], name, model)
-        problem = AxisProblem(parts, name, template, others, rules, told)
+        problem = AxisProblem(parts, name, _template(parts[0], name, model), others, rules, told)
         problem, places, short = _without_short(problem, places)
-        said += short
         found, validation = diagnose_axis(problem)
         given = replace(found.traces, recording=np.array(places)[found.traces.file])
-        told_first = (*said, *also_said, *check_tracking(every, name))
+        told_first = (*said, *short, *also_said, *check_tracking(every, name))
         axes[name] = replace(found, findings=(*told_first, *found.findings), traces=given)
         if validation is not None:
             validations[name] = validation
