@@ -12,6 +12,7 @@ from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     Details,
+    Machine,
     ModelFile,
     ResultOptions,
     check_no_run,
@@ -89,6 +90,7 @@ def diagnose(
     stability: Stability = True,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",
+    machine: Machine = "",
     reading: FileOptions,
     details: Details = False,
     results: ResultOptions,
@@ -121,7 +123,7 @@ def diagnose(
     model_file = None
     if results.output:
         model_file = save_result_model(found.model, files, results.output, known)
-        source = report.Provenance.of(files, validate)
+        source = report.Provenance.of(files, validate, machine)
         say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
     results.answer(lambda: report.diagnosis_answer(found, done, details=details))

@@ -143,6 +143,15 @@ NoDiagnose = Annotated[
         help="Do not diagnose an axis whose base model is inadequate; the intervals are wider.",
     ),
 ]
+Machine = Annotated[
+    str,
+    typer.Option(
+        "--machine",
+        metavar="NAME",
+        envvar="EDGE_IDENT_MACHINE",
+        help="What the machine is called, for the head of the page.",
+    ),
+]
 Seed = Annotated[
     int, typer.Option("--seed", metavar="NUMBER", envvar="EDGE_IDENT_SEED", help="Random seed.")
 ]

@@ -18,6 +18,7 @@ from edge_ident.cli.options import (
     Bandwidth,
     BoardOptions,
     Details,
+    Machine,
     ModelFile,
     NetworkOptions,
     ResultOptions,
@@ -162,6 +163,7 @@ def run(
     seed: Seed = 0,
     diagnosis: DiagnosisOptions,
     faults: HideOptions,
+    machine: Machine = "",
     details: Details = False,
     results: ResultOptions,
 ) -> None:
@@ -201,7 +203,7 @@ def run(
         document = report.run_document(outcome, board.identity, loaded, folder)
         try:
             save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
-            page = report.write_run_page(outcome, document, folder, opened.device)
+            page = report.write_run_page(outcome, document, folder, opened.device, machine)
             faults.add_to(document, hidden)
             deliver(document, "report.json", folder, results.json)
         finally:  # also where the disk is full

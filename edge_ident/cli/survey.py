@@ -1,5 +1,6 @@
 """The command survey: every recording of a folder, and which unit stands out."""
 
+import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -13,6 +14,7 @@ from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say
 from edge_ident.cli.options import (
     Json,
+    Machine,
     ModelFile,
     NoDiagnose,
     check_no_run,
@@ -70,6 +72,10 @@ SurveyFolder = Annotated[
 ]
 
 
+_ROWS = 10
+"""Of a table, where nobody scrolls: with its head and what is said of it, 20 lines."""
+
+
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
     app.command()(survey)
@@ -85,6 +91,7 @@ def survey(
     cluster: Cluster = None,
     model: ModelFile = None,
     no_diagnose: NoDiagnose = False,
+    machine: Machine = "",
     reading: FileOptions,
     output: SurveyFolder = None,
     json: Json = False,
@@ -113,13 +120,14 @@ def survey(
             on_recording=_tell,
         )
     document, written = report.survey_document(found), report.write_survey_tables(found, kept)
-    page = report.write_survey_page(found, document, kept)
+    page = report.write_survey_page(found, document, kept, machine)
     deliver(document, "survey.json", kept, json)
     say(f"written: {page}")
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:
-        report.show(found)
+        most = None if sys.stdout.isatty() else _ROWS
+        report.show(report.survey_view(found, most))
     if not found.units:
         raise typer.Exit(FILE)
     if not found.trusted:

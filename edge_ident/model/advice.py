@@ -15,6 +15,9 @@ class Advice:
         The part of the machine to look at; a part of a sentence.
     action : str
         What to do next, with or without a board; whole sentences.
+    size : str
+        How large it is, over names of parameters in braces; a part of a sentence. Without it, its
+        share of the effort says that.
 
     Examples
     --------
@@ -26,3 +29,4 @@ class Advice:
     in_words: str = ""
     part: str = ""
     action: str = ""
+    size: str = ""

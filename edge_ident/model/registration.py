@@ -5,6 +5,7 @@ The rest of the project relies on these rules and does not check them again.
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import fields, replace
+from string import Formatter
 from typing import Final
 
 import numpy as np
@@ -304,6 +305,9 @@ def _advice(effect: Effect) -> Iterator[str]:
     advice = effect.advice
     if not (advice.in_words and advice.part and advice.action):
         yield "its advice lacks everyday words, a part of the machine or an action"
+    names = {name for _, name, _, _ in Formatter().parse(advice.size) if name is not None}
+    for name in sorted(names - set(effect.bounds)):
+        yield f"the size of its advice names {name}, which is no parameter"
 
 
 RULES: Final[tuple[Callable[[Effect], Iterator[str]], ...]] = (

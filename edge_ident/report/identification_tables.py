@@ -16,6 +16,7 @@ from edge_ident.identification.result import (
 )
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
+from edge_ident.support.numbers import with_deviation
 from edge_ident.support.tables import FittingTable
 from edge_ident.support.words import spoken
 
@@ -87,7 +88,7 @@ def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:
 
 
 def _value(estimate: Estimate, index: int) -> str:
-    return f"{estimate.parameters[index]:.4g} ± {estimate.std[index]:.2g}"
+    return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
 
 
 def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:

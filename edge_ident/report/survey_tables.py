@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,13 +17,16 @@ from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import COLUMNS, Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.survey_wording import (
+    by_interest,
     causes_words,
     conclusion,
     difference_words,
     quantity_words,
     ratio_to_others,
+    verdict_words,
 )
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.numbers import with_deviation
 from edge_ident.support.rows import Cell
 from edge_ident.support.tables import FittingTable
 from edge_ident.support.visible_text import on_a_line
@@ -121,45 +124,57 @@ def _defused(cell: Cell) -> Cell:
     return f"'{text}" if text.lstrip().startswith(_FORMULA) else text
 
 
-def survey_view(survey: Survey) -> Group:
-    """One table, what stands out, and the recordings without a result."""
-    return Group(*_parts(survey))
+def survey_view(survey: Survey, most: int | None = None) -> Group:
+    """What stands out, one table, and the recordings without a result.
+
+    Parameters
+    ----------
+    survey : Survey
+    most : int, optional
+        Rows of the table and lines of a list, at most; without it, all.
+    """
+    return Group(*_parts(survey, most))
 
 
-def _parts(survey: Survey) -> Iterator[RenderableType]:
-    if survey.units:
-        yield _overview(survey)
+def _parts(survey: Survey, most: int | None) -> Iterator[RenderableType]:
     yield Text(conclusion(survey), style="bold")
-    for one in survey.standing_out:
+    for one in survey.standing_out[:most]:
         yield Text(f"  {one.unit}: {difference_words(one)}")
-    for recording in survey.failed:
+    if survey.units:
+        rows = by_interest(survey)
+        yield _overview(survey, rows[:most])
+        if more := len(rows[len(rows[:most]) :]):
+            yield Text(f"  and {more} more rows: in the table {CSV_FILE}")
+    for recording in survey.failed[:most]:
         if recording.failed:
             yield Text.from_markup(f"[red]{escape(recording.file)}[/]: no result")
             yield Text(f"  {recording.failed.cause}")
             yield Text(f"  next: {recording.failed.next_step}")
 
 
-def _overview(survey: Survey) -> FittingTable:
+def _overview(
+    survey: Survey, rows: Iterable[tuple[SurveyedRecording, str, SurveyedAxis]]
+) -> FittingTable:
     table = FittingTable(title_justify="left")
     for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", "remark"):
         right = heading in ("inertia", "viscous", "Coulomb", "offset")
         table.add_column(heading, justify="right" if right else "left")
-    for recording in survey.recordings:
-        for name, axis in recording.axes.items():
-            table.add_row(
-                escape(recording.unit),
-                escape(name),
-                *(with_std(of.value, of.std) for of in axis.parameters.values()),
-                causes_words(axis, "supported") or axis.verdict or "not diagnosed",
-                _remark(survey, recording.unit, name, trusted=axis.trusted),
-            )
+    for recording, name, axis in rows:
+        causes = causes_words(axis, "supported") if axis.trusted else ""
+        table.add_row(
+            escape(recording.unit),
+            escape(name),
+            *(with_std(of.value, of.std) for of in axis.parameters.values()),
+            causes or verdict_words(axis),
+            _remark(survey, recording.unit, name, trusted=axis.trusted),
+        )
     return table
 
 
 def with_std(value: float, std: float | None) -> str:
     """A value and its deviation, both to two digits of the deviation."""
     if not std or not _LEAST_STD < std < math.inf:
-        return f"{value:.4g}" if not std else f"{value:.4g} ± {std:.1e}"
+        return f"{value:.4g}" if not std else with_deviation(value, std)
     return " ± ".join(to_its_std(value, std))
 
 

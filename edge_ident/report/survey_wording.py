@@ -5,7 +5,13 @@ from typing import Final
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS, LARGEST_SHARE
-from edge_ident.fleet.result import Comparison, StandsOut, Survey, SurveyedAxis
+from edge_ident.fleet.result import (
+    Comparison,
+    StandsOut,
+    Survey,
+    SurveyedAxis,
+    SurveyedRecording,
+)
 
 JUDGED: Final = (
     "Each quantity of a unit has a value and a 95 % interval. The true values of sound units "
@@ -107,3 +113,26 @@ def causes_words(axis: SurveyedAxis, kind: str) -> str:
         for cause in axis.causes
         if cause.kind == kind
     )
+
+
+def verdict_words(axis: SurveyedAxis) -> str:
+    """The verdict on an axis; none where something forbids one, as a wrong sign of the effort."""
+    if axis.trusted or axis.verdict == "unexplained":
+        return axis.verdict or "not diagnosed"
+    return f"none: {', '.join(list(axis.warnings)[:2])}"
+
+
+def by_interest(survey: Survey) -> list[tuple[SurveyedRecording, str, SurveyedAxis]]:
+    """Every axis of every recording: what stands out first, then what is not trusted."""
+    out = {(one.unit, one.comparison.axis) for one in survey.standing_out}
+
+    def place(row: tuple[SurveyedRecording, str, SurveyedAxis]) -> int:
+        recording, name, axis = row
+        return 0 if (recording.unit, name) in out else 2 if axis.trusted else 1
+
+    rows = [
+        (recording, name, axis)
+        for recording in survey.recordings
+        for name, axis in recording.axes.items()
+    ]
+    return sorted(rows, key=place)

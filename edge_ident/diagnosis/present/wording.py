@@ -12,6 +12,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.support.numbers import with_deviation
 from edge_ident.support.words import listed, spoken
 
 _WHOLE: Final = 0.98
@@ -260,4 +261,4 @@ def _described(fit: ModelFit, validated: tuple[float, ...], axis: AxisModel) -> 
 
 def _number(entry: Mapping[str, Any]) -> str:
     """A value, with its standard deviation where there is one."""
-    return f"{entry['value']:.4g}" + ("" if entry["std"] is None else f" ± {entry['std']:.2g}")
+    return with_deviation(entry["value"], entry["std"])

@@ -112,6 +112,7 @@ def _completed(effect: Effect) -> Effect:
         advice.in_words or title,
         advice.part or f"what causes it ({effect.name.replace('_', ' ')})",
         advice.action or "Look at that part of the machine.",
+        advice.size,
     )
     if not effect.compensation.used and not effect.compensation.without:
         full.compensation = Compensation(

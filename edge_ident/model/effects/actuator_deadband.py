@@ -48,6 +48,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = ActuatorDeadband(
     advice=Advice(
         in_words="small commands give no force",
+        size="efforts below {width} are lost",
         part="the amplifier or the valve that drives the axis",
         action=(
             "At standstill, raise the command slowly and note where force begins. Set the "

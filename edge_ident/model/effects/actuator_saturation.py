@@ -50,6 +50,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = ActuatorSaturation(
     advice=Advice(
         in_words="the drive reaches its limit of force",
+        size="the effort ends at {limit}",
         part="motor and amplifier: their limit of current or torque",
         action=(
             "Compare that limit with the largest command. Accelerate less, or raise the limit if "

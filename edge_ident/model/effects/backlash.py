@@ -222,6 +222,7 @@ def _one_sided(values: Mapping[str, float], top_speed: float) -> str:
 EFFECT: Final = Backlash(
     advice=Advice(
         in_words="there is free play: the motor turns a little before the load follows",
+        size="play of {gap} at the encoder",
         part="coupling, ball nut and its bearings, gear or belt",
         action=(
             "Hold the motor still, push the load both ways, and read the free travel on a dial "

@@ -110,6 +110,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = PreslidingHysteresis(
     advice=Advice(
         in_words="friction gives like a spring before the axis slides",
+        size="{level} of friction that builds up over {distance}",
         part="guides, bearings and seals, where the axis turns back",
         action=(
             "This is usual on a sound machine: keep it in the model. If it has grown, check "

@@ -69,6 +69,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = StribeckFriction(
     advice=Advice(
         in_words="friction is higher at low speed: the axis sticks before it slides",
+        size="{level} more friction at rest than in motion",
         part="guides, bearings, nut or gear, and seals: their lubrication",
         action=(
             "Check that enough of the right lubricant arrives. Move the axis over its whole "

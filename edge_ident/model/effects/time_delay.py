@@ -54,6 +54,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 EFFECT: Final = TimeDelay(
     advice=Advice(
         in_words="force and position are not recorded at the same time",
+        size="the effort is recorded {delay} late",
         part="the recorder, not the mechanics: controller, bus or data logger",
         action="Check time stamps, filters and bus cycle. Record both signals with one clock.",
     ),

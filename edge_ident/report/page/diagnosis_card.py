@@ -11,6 +11,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.tracking_check import off_reference
 from edge_ident.model.effects import named
+from edge_ident.model.model_reading import unit_of
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.map_charts import (
@@ -31,10 +32,13 @@ from edge_ident.report.page.time_charts import (
 from edge_ident.report.page.wording import (
     all_of,
     counted,
+    digits,
     effort_word,
+    number,
     percent,
     recorded,
     sentence,
+    unit_text,
 )
 from edge_ident.support.words import spoken
 
@@ -74,7 +78,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         axis=name,
         status=status,
         label=label,
-        verdict=_verdict(axis),
+        verdict=Markup(" ").join([*_sizes(name, axis), _verdict(axis)]),
         terms=_terms(axis),
         sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
@@ -95,6 +99,36 @@ def distinct(causes: Iterable[Cause]) -> list[Cause]:
 def in_words(causes: Iterable[Cause]) -> list[str]:
     """What each effect is, in everyday words."""
     return [named(cause.term.effect).advice.in_words for cause in distinct(causes)]
+
+
+def _sizes(name: str, axis: AxisDiagnosis) -> list[Markup]:
+    """How large each fault is, with its unit, the strongest first; a sentence each."""
+    said = []
+    for cause in distinct(axis.causes)[:2]:
+        place = next(n for n, one in enumerate(axis.causes) if one is cause)
+        at = ("axes", name, "causes", place)
+        effect = named(cause.term.effect)
+        parameters = {parameter.name: parameter for parameter in effect.parameters}
+        shown = {
+            key: _with_unit(float(value), unit_of(parameters[key], *axis.model.units), *at, key)
+            for key, value in cause.term.values.items()
+        }
+        if effect.advice.size:
+            size = effect.advice.size
+            said.append(Markup(f"{size[0].upper()}{size[1:]}.").format(**shown))
+        else:
+            effort = effort_word(axis.model.effort_unit)
+            title = spoken(cause.term.effect).capitalize()
+            share = percent(cause.share, *at, "share")
+            said.append(Markup("{}, {} of the {}.").format(title, share, effort))
+    return said
+
+
+def _with_unit(value: float, unit: str, *place: str | int) -> Markup:
+    *at, name = place
+    return number(
+        value, f"{digits(value, 2)}\u00a0{unit_text(unit)}", *at, "parameters", name, "value"
+    )
 
 
 def _verdict(axis: AxisDiagnosis) -> Markup:

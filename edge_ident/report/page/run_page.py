@@ -61,7 +61,11 @@ class RunDetails:
 
 
 def write_run_page(
-    outcome: Outcome, document: dict[str, Any], folder: Path, device: str | None = None
+    outcome: Outcome,
+    document: dict[str, Any],
+    folder: Path,
+    device: str | None = None,
+    machine: str = "",
 ) -> Path:
     """Write the page of a run beside its captures.
 
@@ -74,6 +78,8 @@ def write_run_page(
         Of the run.
     device : str, optional
         The board's, as --device names it.
+    machine : str
+        What the machine is called.
 
     Returns
     -------
@@ -108,7 +114,7 @@ def write_run_page(
         "promise_picture": promise and promise_picture(promise),
         "worth": _worth(outcome),
         "times": _times(outcome),
-        "provenance": Provenance.of(recordings),
+        "provenance": Provenance.of(recordings, machine=machine),
         "origin": _origin(document),
     }
     return write_html("run.html.jinja", content, document, folder)

@@ -1,8 +1,7 @@
 """A survey as one HTML page."""
 
 import shlex
-import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,11 +16,12 @@ from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.wording import number, sentence
 from edge_ident.report.survey_wording import (
     JUDGED,
+    by_interest,
     causes_words,
     conclusion,
     difference_words,
+    verdict_words,
 )
-from edge_ident.support.version import VERSION
 
 _PARTS: Final = {
     "inertia": "What the axis carries, and what couples the motor to it.",
@@ -31,6 +31,8 @@ _PARTS: Final = {
 }
 _MOST: Final = 5
 """Lines of the first screen."""
+_ROWS: Final = 12
+"""Recordings that a page shows before the others, which are folded away."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,9 @@ class SurveyCard:
     picture: IntervalPicture | None
 
 
-def write_survey_page(survey: Survey, document: dict[str, Any], folder: Path) -> Path:
+def write_survey_page(
+    survey: Survey, document: dict[str, Any], folder: Path, machine: str = ""
+) -> Path:
     """Write the page.
 
     Parameters
@@ -65,6 +69,8 @@ def write_survey_page(survey: Survey, document: dict[str, Any], folder: Path) ->
     document : JSON object
         Of schema edge-ident/survey/1.
     folder : Path
+    machine : str
+        What the machine is called.
 
     Returns
     -------
@@ -72,16 +78,18 @@ def write_survey_page(survey: Survey, document: dict[str, Any], folder: Path) ->
         The page.
     """
     axes = dict.fromkeys(comparison.axis for comparison in survey.comparisons)
+    table, rest = _folded(_table(survey))
     content = {
         "title": f"How {len(survey.units)} units compare",
         "card": _card(survey),
         "failed": [(recording.file, recording.failed) for recording in survey.failed],
         "untrusted": _untrusted(survey),
         "axes": [(f"a{n}", name, _pictures(f"a{n}", name, survey)) for n, name in enumerate(axes)],
-        "table": _table(survey),
+        "table": table,
+        "rest": rest,
         "judged": JUDGED,
         "left_out": survey.left_out,
-        "provenance": Provenance((), shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]), VERSION),
+        "provenance": replace(Provenance.of(()), machine=machine),
     }
     return write_html("survey.html.jinja", content, document, folder)
 
@@ -145,20 +153,27 @@ def _pictures(key: str, axis: str, survey: Survey) -> list[IntervalPicture]:
     return [interval_picture(f"{key}-{n}", one) for n, one in enumerate(of_axis)]
 
 
+def _folded(table: Table) -> tuple[Table, Table | None]:
+    """The first rows, and the rest, which is folded away."""
+    if len(table.rows) <= _ROWS:
+        return table, None
+    rest = replace(table, caption="The other recordings", rows=table.rows[_ROWS:])
+    return replace(table, rows=table.rows[:_ROWS]), rest
+
+
 def _table(survey: Survey) -> Table:
     rows: list[Row] = [
         (
             recording.file,
             name,
-            axis.verdict or "not diagnosed",
+            verdict_words(axis),
             "yes" if axis.trusted else "no",
             f"{axis.relative_residual:.1%}",
             causes_words(axis, "supported"),
             causes_words(axis, "suspected"),
             causes_words(axis, "minor"),
         )
-        for recording in survey.recordings
-        for name, axis in recording.axes.items()
+        for recording, name, axis in by_interest(survey)
     ]
     headings = (
         "recording", "axis", "verdict", "trusted", "left over", "causes", "suspected", "minor",

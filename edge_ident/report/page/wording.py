@@ -4,6 +4,7 @@ Every number there names its place in the JSON document (RFC 6901), so a script 
 """
 
 import math
+import re
 from collections.abc import Iterable
 from typing import Final
 
@@ -14,6 +15,8 @@ from edge_ident.support.words import listed
 
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1
+_UNIT: Final = re.compile(r"\b[A-Za-z]+(?:\*[A-Za-z]+|\^2)[A-Za-z*^2/]*")
+"""A unit with a product or a square, as in N*m or kg*m^2."""
 _FLAG: Final = ": --motion "
 
 
@@ -85,7 +88,8 @@ def effort_word(unit: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """A part of a sentence as a whole one."""
+    """A part of a sentence as a whole one, units as people write them."""
+    text = _UNIT.sub(lambda unit: unit_text(unit[0]), text)
     return f"{text[0].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
