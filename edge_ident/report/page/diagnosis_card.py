@@ -14,6 +14,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model_reading import unit_of
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.loop_charts import loop_chart
 from edge_ident.report.page.map_charts import (
     Axes,
     cause_chart,
@@ -301,7 +302,9 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
     """The strongest cause; without one the error over what it follows; else the effort."""
     axis = axes[name]
     if axis.causes and axis.causes[0].term.effect in axis.traces.contributions:
-        return cause_chart(key, name, axes, axis.causes[0])
+        effect = named(axis.causes[0].term.effect)
+        loop = loop_chart(key, axis, axis.causes[0]) if effect.search.needs_reversals else None
+        return loop or cause_chart(key, name, axes, axis.causes[0])
     if axis.verdict is Verdict.UNEXPLAINED and follows == "time":
         return residual_chart(key, axis)
     if axis.verdict is Verdict.UNEXPLAINED and follows is not None:

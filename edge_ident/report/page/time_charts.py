@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 _DETAIL: Final = 0.08
 """Share of the samples in the detail."""
+_GAP: Final = 2.0
+"""Step of the time over its usual one from which samples are missing."""
 _FEWEST: Final = 200
 """Samples of the detail."""
 
@@ -108,9 +110,10 @@ def reach(values: Array) -> float:
 
 
 def broken(traces: Traces, signal: Array) -> Array:
-    """A signal whose line breaks between recordings."""
-    first = np.append(False, np.diff(traces.file) != 0)
-    return np.where(first, np.nan, signal)
+    """A signal whose line breaks between recordings, and where samples are missing."""
+    steps_s = np.diff(traces.time_s)
+    ends = (np.diff(traces.file) != 0) | (steps_s > _GAP * np.median(steps_s))
+    return np.where(np.append(False, ends), np.nan, signal)
 
 
 def _missed(axis: AxisDiagnosis) -> str:
