@@ -117,8 +117,7 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
-    written = results.output and results.output / _PAGES[page]
-    done = reading.done(*files, validate, page=written)
+    done = reading.done(*files, validate, page=results.output and results.output / _PAGES[page])
     found = report.with_next_steps(found, done)
     model_file = None
     if results.output:

@@ -146,6 +146,11 @@ class GainOptions:
         bool, typer.Option("--store", help="Store confirmed gains in the board's permanent memory.")
     ] = False
 
+    def check(self) -> None:
+        """Refuse what contradicts itself."""
+        if self.dry_run and self.store:
+            raise typer.BadParameter("a dry run has no gains to store", param_hint="--store")
+
 
 def register(app: typer.Typer) -> None:
     """Add this file's command."""
@@ -187,8 +192,7 @@ def run(
 
     Example: `edge-ident run --device virtual --until 3%`
     """
-    if gains.dry_run and gains.store:
-        raise typer.BadParameter("a dry run has no gains to store", param_hint="--store")
+    gains.check()
     known, hidden = given_model(model), faults.hidden()
     plan, done = _plan(motions, gains, seed, known, diagnosis), list[str]()
     with noting(done):

@@ -72,8 +72,8 @@ SurveyFolder = Annotated[
 ]
 
 
-_ROWS = 10
-"""Of a table, where nobody scrolls: with its head and what is said of it, 20 lines."""
+_LINES = 20
+"""Where nobody scrolls."""
 
 
 def register(app: typer.Typer) -> None:
@@ -120,18 +120,24 @@ def survey(
             on_recording=_tell,
         )
     document, written = report.survey_document(found), report.write_survey_tables(found, kept)
-    page = report.write_survey_page(found, document, kept, machine)
+    say(f"written: {report.write_survey_page(found, document, kept, machine, folder)}")
     deliver(document, "survey.json", kept, json)
-    say(f"written: {page}")
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:
-        most = None if sys.stdout.isatty() else _ROWS
-        report.show(report.survey_view(found, most))
+        _show(found)
     if not found.units:
         raise typer.Exit(FILE)
     if not found.trusted:
         raise typer.Exit(UNTRUSTED)
+
+
+def _show(found: "edge_ident.Survey") -> None:
+    """Print all of it on a terminal, and no more than a screen elsewhere."""
+    if sys.stdout.isatty():
+        report.show(found)
+    else:
+        print(*report.survey_lines(found, _LINES), sep="\n", flush=True)
 
 
 def _tell(recording: "edge_ident.SurveyedRecording") -> None:

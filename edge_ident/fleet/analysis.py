@@ -145,7 +145,10 @@ def _axis(axis: AxisIdentification) -> SurveyedAxis:
         relative_residual=axis.metric.relative_residual,
         causes=_causes(diagnosis) if diagnosis else (),
         not_testable=tuple(e.effect for e in diagnosis.not_testable) if diagnosis else (),
-        warnings={f.code: (f.message, f.next_step) for f in axis.findings},
+        warnings={  # what forbids to trust it first
+            f.code: (f.message, f.next_step)
+            for f in sorted(axis.findings, key=lambda found: not found.blocks)
+        },
     )
 
 

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     )
     from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view
-    from edge_ident.report.survey_tables import survey_document, survey_view, write_survey_tables
+    from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
     from edge_ident.report.waterfall import save_waterfall
     from edge_ident.support.json_text import to_json, write_json
     from edge_ident.support.next_step import Done
@@ -90,7 +90,7 @@ __all__ = [
     "show",
     "simulation_document",
     "survey_document",
-    "survey_view",
+    "survey_lines",
     "to_json",
     "values_text",
     "with_next_steps",
@@ -142,7 +142,7 @@ __getattr__ = lazy_names(
         "show": "edge_ident.report.output",
         "simulation_document": "edge_ident.report.documents",
         "survey_document": "edge_ident.report.survey_tables",
-        "survey_view": "edge_ident.report.survey_tables",
+        "survey_lines": "edge_ident.report.survey_tables",
         "to_json": "edge_ident.support.json_text",
         "values_text": "edge_ident.report.register_tables",
         "with_next_steps": "edge_ident.report.next_steps",

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,6 +26,7 @@ from edge_ident.report.survey_wording import (
     verdict_words,
 )
 from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.next_step import Done, whole_step
 from edge_ident.support.numbers import with_deviation
 from edge_ident.support.rows import Cell
 from edge_ident.support.tables import FittingTable
@@ -69,14 +70,15 @@ def survey_document(survey: Survey) -> dict[str, Any]:
 
 
 def _recording(recording: SurveyedRecording) -> dict[str, Any]:
-    axes = {name: _axis(axis) for name, axis in recording.axes.items()}
+    done = Done((recording.file,))
+    axes = {name: _axis(axis, done) for name, axis in recording.axes.items()}
     return {**asdict(recording), "axes": axes}
 
 
-def _axis(axis: SurveyedAxis) -> dict[str, Any]:
+def _axis(axis: SurveyedAxis, done: Done) -> dict[str, Any]:
     document = asdict(axis)
     warnings = [
-        {"code": code, "message": message, "next_step": next_step}
+        {"code": code, "message": message, "next_step": whole_step(next_step, done)}
         for code, (message, next_step) in axis.warnings.items()
     ]
     return {"parameters_from": document.pop("source"), **document, "warnings": warnings}
@@ -124,42 +126,61 @@ def _defused(cell: Cell) -> Cell:
     return f"'{text}" if text.lstrip().startswith(_FORMULA) else text
 
 
-def survey_view(survey: Survey, most: int | None = None) -> Group:
-    """What stands out, one table, and the recordings without a result.
+def survey_view(survey: Survey) -> Group:
+    """What stands out, one table, and the recordings without a result."""
+    return Group(*_parts(survey))
+
+
+def survey_lines(survey: Survey, most: int) -> list[str]:
+    """The same where nobody scrolls: what stands out, what is not trusted, what failed.
 
     Parameters
     ----------
     survey : Survey
-    most : int, optional
-        Rows of the table and lines of a list, at most; without it, all.
+    most : int
+        Lines.
     """
-    return Group(*_parts(survey, most))
+    said = [f"  {one.unit}: {difference_words(one)}" for one in survey.standing_out]
+    said += [
+        f"  {recording.unit}, axis {name}: not trusted; verdict: {verdict_words(axis)}"
+        for recording, name, axis in by_interest(survey)
+        if not axis.trusted
+    ]
+    said += [
+        f"  {of.file}: no result: {of.failed.cause}; next: {of.failed.next_step}"
+        for of in survey.failed
+        if of.failed
+    ]
+    said += [
+        f"  {recording.unit}, axis {name}: {causes_words(axis, 'supported') or verdict_words(axis)}"
+        for recording, name, axis in by_interest(survey)
+        if axis.trusted
+    ]
+    shown = said if len(said) <= most - 2 else said[: most - 3]
+    if more := len(said) - len(shown):
+        shown.append(f"  and {more} more")
+    return [conclusion(survey), *shown, f"every value is in {CSV_FILE}"]
 
 
-def _parts(survey: Survey, most: int | None) -> Iterator[RenderableType]:
+def _parts(survey: Survey) -> Iterator[RenderableType]:
     yield Text(conclusion(survey), style="bold")
-    for one in survey.standing_out[:most]:
+    for one in survey.standing_out:
         yield Text(f"  {one.unit}: {difference_words(one)}")
     if survey.units:
-        rows = by_interest(survey)
-        yield _overview(survey, rows[:most])
-        if more := len(rows[len(rows[:most]) :]):
-            yield Text(f"  and {more} more rows: in the table {CSV_FILE}")
-    for recording in survey.failed[:most]:
+        yield _overview(survey)
+    for recording in survey.failed:
         if recording.failed:
             yield Text.from_markup(f"[red]{escape(recording.file)}[/]: no result")
             yield Text(f"  {recording.failed.cause}")
             yield Text(f"  next: {recording.failed.next_step}")
 
 
-def _overview(
-    survey: Survey, rows: Iterable[tuple[SurveyedRecording, str, SurveyedAxis]]
-) -> FittingTable:
+def _overview(survey: Survey) -> FittingTable:
     table = FittingTable(title_justify="left")
     for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", "remark"):
         right = heading in ("inertia", "viscous", "Coulomb", "offset")
         table.add_column(heading, justify="right" if right else "left")
-    for recording, name, axis in rows:
+    for recording, name, axis in by_interest(survey):
         causes = causes_words(axis, "supported") if axis.trusted else ""
         table.add_row(
             escape(recording.unit),

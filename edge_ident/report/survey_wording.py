@@ -12,6 +12,7 @@ from edge_ident.fleet.result import (
     SurveyedAxis,
     SurveyedRecording,
 )
+from edge_ident.report.page.wording import unit_text
 
 JUDGED: Final = (
     "Each quantity of a unit has a value and a 95 % interval. The true values of sound units "
@@ -75,7 +76,7 @@ def difference_words(
             shown(number, f"{number:.4g}".replace("-", "−"), key)
             for number, key in ((value, "value"), (centre, "centre"))
         )
-        how.append(kind(": {} against {} {}").format(mine, others, comparison.unit))
+        how.append(kind(": {} against {} {}").format(mine, others, unit_text(comparison.unit)))
     deviations = shown(one.deviations, f"{one.deviations:.1f}", "deviations")
     how.append(kind("; {} deviations away").format(deviations))
     return kind("").join(how)
@@ -119,7 +120,7 @@ def verdict_words(axis: SurveyedAxis) -> str:
     """The verdict on an axis; none where something forbids one, as a wrong sign of the effort."""
     if axis.trusted or axis.verdict == "unexplained":
         return axis.verdict or "not diagnosed"
-    return f"none: {', '.join(list(axis.warnings)[:2])}"
+    return f"none: {next(iter(axis.warnings), 'not trusted')}"
 
 
 def by_interest(survey: Survey) -> list[tuple[SurveyedRecording, str, SurveyedAxis]]:

@@ -63,13 +63,22 @@ class GainChange:
             return "leave the machine as it is, its payload and warmth included, and try again"
         if self.in_doubt:
             return "try again, along a longer motion"
+        motion = self._another_motion
         if self.contradicted:
-            return "take the diagnosis as open: record another motion, and diagnose both recordings"
+            return f"take the diagnosis as open: {motion}, and diagnose both recordings"
         where = f" of axis {listed(self.blamed)}" if self.blamed else ""
         return (
-            f"look for play or a resonance{where}; record another motion, and diagnose both "
+            f"look for play or a resonance{where}; {motion}, and diagnose both "
             "recordings; or take a lower --bandwidth"
         )
+
+    @property
+    def _another_motion(self) -> str:
+        """A motion that shows what the one of the identification does not."""
+        made = next(iter(self.promise.motions), "") if self.promise else ""
+        if made == "multisine":
+            return "record many speeds held for long: --motion staircase"
+        return "record many frequencies: --motion multisine"
 
     @property
     def blamed(self) -> list[str]:

@@ -1,13 +1,14 @@
 """A survey as one HTML page."""
 
 import shlex
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 from markupsafe import Markup
 
-from edge_ident.fleet.result import StandsOut, Survey
+from edge_ident.fleet.result import StandsOut, Survey, SurveyedAxis
 from edge_ident.model.effects import named
 from edge_ident.report.page.card import IntervalPicture, Row, Status, Table
 from edge_ident.report.page.interval_picture import interval_picture
@@ -22,6 +23,7 @@ from edge_ident.report.survey_wording import (
     difference_words,
     verdict_words,
 )
+from edge_ident.support.next_step import Done, whole_step
 
 _PARTS: Final = {
     "inertia": "What the axis carries, and what couples the motor to it.",
@@ -59,7 +61,11 @@ class SurveyCard:
 
 
 def write_survey_page(
-    survey: Survey, document: dict[str, Any], folder: Path, machine: str = ""
+    survey: Survey,
+    document: dict[str, Any],
+    folder: Path,
+    machine: str = "",
+    source: Path | None = None,
 ) -> Path:
     """Write the page.
 
@@ -71,6 +77,8 @@ def write_survey_page(
     folder : Path
     machine : str
         What the machine is called.
+    source : Path, optional
+        Folder of the recordings.
 
     Returns
     -------
@@ -81,9 +89,9 @@ def write_survey_page(
     table, rest = _folded(_table(survey))
     content = {
         "title": f"How {len(survey.units)} units compare",
-        "card": _card(survey),
+        "card": _card(survey, source),
         "failed": [(recording.file, recording.failed) for recording in survey.failed],
-        "untrusted": _untrusted(survey),
+        "untrusted": _untrusted(survey, source),
         "axes": [(f"a{n}", name, _pictures(f"a{n}", name, survey)) for n, name in enumerate(axes)],
         "table": table,
         "rest": rest,
@@ -94,7 +102,7 @@ def write_survey_page(
     return write_html("survey.html.jinja", content, document, folder)
 
 
-def _card(survey: Survey) -> SurveyCard:
+def _card(survey: Survey, source: Path | None) -> SurveyCard:
     out = survey.standing_out
     judged = any(comparison.centre is not None for comparison in survey.comparisons)
     status: Status = "found" if out else "good" if judged else "open"
@@ -106,7 +114,7 @@ def _card(survey: Survey) -> SurveyCard:
         conclusion(survey),
         [*found, *([Markup("And {} more below.").format(more)] if more > 0 else [])],
         list(dict.fromkeys(part for one in out for part in _parts(one)))[:_MOST],
-        _action(survey),
+        _action(survey, source),
         interval_picture("c0", out[0].comparison) if out else None,
     )
 
@@ -125,10 +133,10 @@ def _parts(one: StandsOut) -> list[str]:
     return [sentence(named(effect).advice.part) for effect in one.comparison.quantity.split("/")]
 
 
-def _action(survey: Survey) -> list[Markup]:
+def _action(survey: Survey, source: Path | None) -> list[Markup]:
     names = list(dict.fromkeys(one.unit for one in survey.standing_out))
     if names:
-        files = shlex.join(r.file for r in survey.recordings if r.unit == names[0])
+        files = shlex.join(_path(source, r.file) for r in survey.recordings if r.unit == names[0])
         command = f"edge-ident diagnose {files} --output diagnosis"
         again = Markup('Record <span class="name">{}</span> again. Does it still stand out?')
         page = Markup('Read its own page: <code class="long">{}</code>')
@@ -138,14 +146,35 @@ def _action(survey: Survey) -> list[Markup]:
     return [Markup("Nothing.") if survey.trusted else Markup("See which results are not trusted.")]
 
 
-def _untrusted(survey: Survey) -> list[tuple[str, str, list[tuple[str, str]]]]:
+def _path(source: Path | None, file: str) -> str:
+    """A recording as a command names it."""
+    return file if source is None else str(source / file)
+
+
+def _untrusted(survey: Survey, source: Path | None) -> list[tuple[str, str, list[tuple[str, str]]]]:
     """Recording, axis, and what forbids to trust it with its next step."""
     return [
-        (recording.file, name, list(axis.warnings.values()))
+        (
+            recording.file,
+            name,
+            [
+                (sentence(message), sentence(step))
+                for message, step in _told_once(axis, Done((_path(source, recording.file),)))
+            ],
+        )
         for recording in survey.recordings
         for name, axis in recording.axes.items()
         if not axis.trusted
     ]
+
+
+def _told_once(axis: SurveyedAxis, done: Done) -> Iterator[tuple[str, str]]:
+    """Each message with its next step, which is a whole command; no step twice."""
+    told = set[str]()
+    for message, step in axis.warnings.values():
+        if step not in told:
+            told.add(step)
+            yield message, whole_step(step, done)
 
 
 def _pictures(key: str, axis: str, survey: Survey) -> list[IntervalPicture]:

@@ -138,13 +138,15 @@ def test_a_unit_that_stands_out_is_on_the_page_and_in_the_document(
     assert {one["unit"] for one in document["standing_out"]} == {"unit-0"}
     assert document["conclusion"] == "One of 8 units stands out: unit-0."
     assert {one["quantity"] for one in document["standing_out"]} >= {"inertia", "coulomb_friction"}
-    lines = run(tmp_path / "in", "-o", tmp_path / "out", "-q", "-j", 1, COLUMNS="300").stdout.split(
-        "\n"
-    )
-    assert "remark" in lines[1]
-    marked, *others = (line for line in lines if "unit-" in line and "│" in line)
+    lines = run(tmp_path / "in", "-o", tmp_path / "out", "-q", "-j", 1).stdout.splitlines()
+    assert lines[0] == document["conclusion"]
+    assert lines[-1] == "every value is in survey.csv"
+    assert len(lines) <= 20
+    assert lines[1].startswith("  unit-0: ")
+    shown = str(edge_ident.survey(tmp_path / "in", output=tmp_path / "out", jobs=1)).splitlines()
+    marked, *others = (line for line in shown if "unit-" in line and "│" in line)
+    assert "unit-0" in marked
     assert "stands out: " in marked
-    assert "inertia" in marked.partition("stands out")[2]
     assert not any("stands out" in line for line in others)
 
 
@@ -153,7 +155,7 @@ def test_deviations_have_two_digits() -> None:
     assert with_std(1.4, 0.00096) == "1.40000 ± 0.00096"
     assert with_std(-12345.6, 123.4) == "−12346 ± 123"
     assert with_std(1.0, None) == "1"
-    assert with_std(1.0, 1.23e-9) == "1 ± 1.2e-09"
+    assert with_std(1.0, 1.23e-9) == "1"
 
 
 def test_ctrl_c_ends_the_workers_and_keeps_what_is_finished(sound: Path, tmp_path: Path) -> None:

@@ -1,8 +1,10 @@
 """The HTML page of a diagnosis: one file, true numbers, everyday words, safe text."""
 
 import hashlib
+import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +14,13 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
+from edge_ident.model.model import Term
+from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.diagnosis_page import write_page
+from edge_ident.report.page.loop_charts import _to_and_fro
 from edge_ident.report.page.provenance import Provenance
-from edge_ident.report.page.wording import digits
+from edge_ident.report.page.time_charts import broken
+from edge_ident.report.page.wording import digits, sentence
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, document, read
 
@@ -165,3 +171,54 @@ def test_the_page_names_recordings_and_the_one_that_judged_with_their_hashes(
         files, ("monday.csv", "tuesday.csv", "judged on friday.csv"), strict=True
     ):
         assert rows[label] == f"sha256 {hashlib.sha256(file.read_bytes()).hexdigest()}"
+
+
+def test_the_headline_says_how_large_the_fault_is() -> None:
+    """In the unit of its parameter where the effect names one, else as a share of the effort."""
+    play = Term(
+        "backlash", {"gap": 0.082, "load_inertia": 0.2, "deceleration": 1.0, "damping_rate": 1.0}
+    )
+    cause = replace(hand_made.friction_by_direction(), term=play, alternatives=())
+    axis = hand_made.axis(Verdict.EXPLAINED, cause)
+    headline = diagnosis_card("c0", "x", Diagnosis({"x": axis}, (), {})).verdict.striptags()
+    assert headline.startswith("Play of 0.082 rad at the encoder. ")
+    axis = hand_made.axis(Verdict.EXPLAINED, hand_made.friction_by_direction())
+    headline = diagnosis_card("c0", "x", Diagnosis({"x": axis}, (), {})).verdict.striptags()
+    assert re.match(r"Asymmetric friction, [\d.]+ % of the \w+\. ", headline)
+
+
+def test_the_head_has_machine_date_and_recordings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1769817600")
+    recording = tmp_path / "monday.csv"
+    recording.touch()
+    source = Provenance.of([recording], machine="press 7")
+    first = read(write_page(hand_made.diagnosis(), source, tmp_path)).by_id("first-screen").text()
+    assert "machine press 7 · 2026-01-31 · recording monday.csv" in " ".join(first.split())
+
+
+def test_play_is_drawn_as_a_loop_over_one_stroke_to_and_fro() -> None:
+    """Of a sine, from one reversal to the next but one; there is none in a single stroke."""
+    time_s = np.linspace(0.0, 4.0, 400)
+    of_sine = SimpleNamespace(
+        velocity=np.cos(np.pi * time_s),
+        position=np.sin(np.pi * time_s),
+        file=np.zeros(400, dtype=int),
+    )
+    way = _to_and_fro(of_sine, np.ones(400))
+    assert way is not None
+    assert time_s[way.stop - 1] - time_s[way.start] == pytest.approx(2.0, abs=0.03)
+    assert abs(of_sine.position[way.start]) == pytest.approx(1.0, abs=0.01)
+    of_sine.velocity = np.ones(400)
+    assert _to_and_fro(of_sine, np.ones(400)) is None
+
+
+def test_a_line_breaks_where_samples_are_missing() -> None:
+    time_s = np.append(np.arange(50), np.arange(60, 100)) * 0.05
+    traces = SimpleNamespace(time_s=time_s, file=np.zeros(90, dtype=int))
+    assert np.flatnonzero(np.isnan(broken(traces, np.ones(90)))).tolist() == [50]
+
+
+def test_units_of_a_sentence_are_symbols() -> None:
+    assert sentence("adds 0.2 N*m*s/rad and 3 kg*m^2") == "Adds 0.2 N·m·s/rad and 3 kg·m²."

@@ -18,7 +18,7 @@ from edge_ident.fleet.result import (
 )
 from edge_ident.fleet.survey import compare_units
 from edge_ident.report.page.survey_page import write_survey_page
-from edge_ident.report.survey_tables import survey_document, write_survey_tables
+from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
 from edge_ident.support.visible_text import visible
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
 
@@ -122,3 +122,32 @@ def test_a_recording_without_a_result_says_why_as_text(tmp_path: Path) -> None:
 
 def test_a_survey_of_nothing_has_a_page(tmp_path: Path) -> None:
     assert "0 units are too few" in read(written(survey(0, bad=True), tmp_path)).text("script")
+
+
+def test_a_sound_verdict_and_a_sign_error_are_never_one_row(tmp_path: Path) -> None:
+    found = survey(8)
+    first, *others = found.recordings
+    wrong = {"effort_sign": ("the effort has the wrong sign", "multiply it by -1")}
+    axes = {
+        name: replace(axis, trusted=False, verdict="adequate", warnings=wrong)
+        for name, axis in first.axes.items()
+    }
+    doubtful = replace(found, recordings=(replace(first, axes=axes), *others))
+    tree = read(written(doubtful, tmp_path))
+    rows = [row for row in tree.rows() if any("effort_sign" in cell for cell in row)]
+    assert len(rows) == len(axes)
+    assert not any("adequate" in row for row in rows)
+    assert survey_lines(doubtful, 20)[1 : 1 + len(axes)] == [
+        f"  {first.unit}, axis {name}: not trusted; verdict: none: effort_sign" for name in axes
+    ]
+
+
+def test_no_more_lines_than_a_screen_has() -> None:
+    found = survey(8)
+    wrong = {"effort_sign": ("the effort has the wrong sign", "multiply it by -1")}
+    one = found.recordings[0]
+    axes = {n: replace(a, trusted=False, warnings=wrong) for n, a in one.axes.items()}
+    bad = replace(found, recordings=(replace(one, axes=axes),) * 40)
+    lines = survey_lines(bad, 20)
+    assert len(lines) == 20
+    assert lines[-2] == f"  and {40 * len(axes) - 17} more"
