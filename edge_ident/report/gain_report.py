@@ -21,7 +21,6 @@ from edge_ident.report.promise_report import (
     tried,
 )
 from edge_ident.support.json_text import finite
-from edge_ident.support.next_step import NOTHING_DONE, whole_step
 from edge_ident.support.tables import FittingTable
 from firmware_interface.gains import Bank
 
@@ -118,9 +117,7 @@ def gain_report_view(report: GainReport) -> Group:
     parts: list[RenderableType] = []
     if change is not None:
         parts.append(labelled("gains", change.conclusion))
-        parts += next_lines(
-            [whole_step(change.next_step, NOTHING_DONE)] if change.next_step else []
-        )
+        parts += next_lines([change.next_step] if change.next_step else [])
     if report.unconfirmed_s is not None:
         parts.append(Text(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
     if report.backup:

@@ -7,7 +7,6 @@ from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.report.next_steps import blocking_steps, distinct, look_at
-from edge_ident.support.next_step import Done, whole_step
 
 _VIRTUAL: Final = "virtual"
 """The device that ends with the command, and its gains with it."""
@@ -48,7 +47,7 @@ def _gains(outcome: Outcome, device: str | None) -> str:
             return "nothing: the board's gains are as good"
         return "run it again without --dry-run to write these gains"
     if change.next_step:
-        return whole_step(change.next_step, Done(device=device or ""))
+        return change.next_step
     old = f"the old gains are in {BACKUP_FILE}"
     if device == _VIRTUAL:
         return f"run a virtual board that keeps its gains: edge-ident board --pty; {old}"

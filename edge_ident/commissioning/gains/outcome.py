@@ -77,8 +77,8 @@ class GainChange:
         """A motion that shows what the one of the identification does not."""
         made = next(iter(self.promise.motions), "") if self.promise else ""
         if made == "multisine":
-            return "record many speeds held for long: --motion staircase"
-        return "record many frequencies: --motion multisine"
+            return "record steady speeds (edge-ident capture --motion staircase)"
+        return "record many frequencies (edge-ident capture --motion multisine)"
 
     @property
     def blamed(self) -> list[str]:
