@@ -93,8 +93,10 @@ def make_columns(
     headings, made = list(headings), []
     check_size("columns", len(headings), MOST_COLUMNS)
     check_size("characters in a heading", max(map(len, headings), default=0), MOST_CHARACTERS)
-    for heading, numbers, given in zip(unique(headings), values, units, strict=True):
-        name, unit = split_heading(heading)
+    for heading, written, numbers, given in zip(
+        unique(headings), headings, values, units, strict=True
+    ):
+        name, unit = split_heading(written.strip() or heading)  # a repetition has its unit, too
         holes = sparse and bool(np.isnan(numbers).any())
         made.append(Column(heading, name, given or unit, numbers, holes))
     return tuple(made)

@@ -181,12 +181,18 @@ def test_an_xml_trace_is_named(tmp_path: Path) -> None:
         edge_ident.load_recording(path)
 
 
-def test_channels_whose_times_have_names_of_their_own(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Time_pos [s],Position [rad],Time_torque [s],Torque [Nm]\n",
+        "Time [s],Position [rad],Time [s],Torque [Nm]\n",
+    ],
+)
+def test_channels_with_a_time_each_side_by_side(head: str, tmp_path: Path) -> None:
     slow = TIME_S[::2]
     cells = [text(TIME_S), text(position(TIME_S)), text(slow), text(effort(slow))]
     padded = [column + [""] * (len(TIME_S) - len(column)) for column in cells]
     path = tmp_path / "side.csv"
-    head = "Time_pos [s],Position [rad],Time_torque [s],Torque [Nm]\n"
     path.write_text(head + lines(*padded))
     check(path, 0.002)
 
