@@ -48,6 +48,8 @@ def test_a_page_opens_alone_and_fits_its_window(
     tab.show(pages[kind], width)
     tab.value("document.querySelectorAll('details').forEach(part => { part.open = true; })")
     assert tab.value("document.documentElement.scrollWidth") == width
+    clipped = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth)"
+    assert tab.value(f"{clipped}.map(e => e.getAttribute('aria-label')).join()") == ""
     assert tab.complaints == []
     assert tab.requests == [pages[kind].as_uri()]
     assert tab.value("getComputedStyle(document.body).margin") == "0px"  # the style is in force
