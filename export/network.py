@@ -50,7 +50,11 @@ class ResidualNetwork(nn.Module):
         return torch.sigmoid(self.dense_layers(maps[-1])[-1])
 
     def features(self, model_effort: Tensor, measured_effort: Tensor, offset: Tensor) -> Tensor:
-        """What the convolutions put out, (n, 10, 19, 19) for 100 points, from the image's factors.
+        """What the convolutions put out, (n, 10, 19, 19) for 100 points; see `maps`."""
+        return self.maps(model_effort, measured_effort, offset)[-1]
+
+    def maps(self, model_effort: Tensor, measured_effort: Tensor, offset: Tensor) -> list[Tensor]:
+        """Outputs of the three convolutional layers, from the image's factors.
 
         The first convolution of ψαᵀ + b is Σ_q (Σ_p K_pq ψ_(i+p)) α_(j+q) + b·ΣK: two small
         matrix products in place of a two-dimensional convolution.
@@ -75,16 +79,20 @@ class ResidualNetwork(nn.Module):
         constant = bias_of(self.first) + offset[:, None] * kernel.sum(dim=(1, 2))
         pooled = torch.maximum(pairs[:, :, :, 0], pairs[:, :, :, 1]) + constant[:, :, None, None]
         # this order of memory makes the second convolution a fifth faster
-        return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))[-1]
+        return self.pooled_layers(pooled.contiguous(memory_format=torch.channels_last))
 
     def residuals(self, model_effort: Tensor, measured_effort: Tensor, offset: Tensor) -> Tensor:
-        """Residuals (n, 4) from the two factors of the image; see `features`."""
+        """Residuals (n, 4) from the two factors of the image; see `maps`."""
         return self.dense_layers(self.features(model_effort, measured_effort, offset))[-1]
 
     def pooled_layers(self, first: Tensor) -> list[Tensor]:
-        """Outputs of the three convolutional layers, from the first's before its ReLU."""
+        """Outputs of the three convolutional layers, from the first's before its ReLU.
+
+        ReLU stands before the second pooling, where an exported convolution takes it in: behind
+        it, int8 would spend half of its levels on what ReLU takes away.
+        """
         one = functional.relu(first)
-        two = functional.relu(functional.max_pool2d(self.second(one), 2))
+        two = functional.max_pool2d(functional.relu(self.second(one)), 2)
         return [one, two, functional.relu(self.third(two))]
 
     def dense_layers(self, features: Tensor) -> list[Tensor]:

@@ -1,7 +1,10 @@
 """From a checkpoint to the files that ship: two ONNX networks and their manifest."""
 
 import logging
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -13,12 +16,12 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import effort_image
-from edge_ident.estimation.manifest import Manifest, Variant
+from edge_ident.estimation.manifest import VARIANTS, Manifest, Variant
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.dct import POINTS
 from export.checkpoint import Checkpoint, trained_network
-from export.data import Batches
+from export.data import Batch, Batches
 from export.evaluate import (
     DriveSet,
     EvaluationDrives,
@@ -29,57 +32,118 @@ from export.evaluate import (
 )
 from export.manifest import describe, with_figures, write
 from export.network import ResidualNetwork
-from export.quantization import quantize
+from export.quantization import EQUALIZED_IMAGES, equalized, input_moments, quantize
 from export.rounding import with_spared_bits
 
 PARITY: Final = 1e-5
 """Largest difference of outputs between torch and onnxruntime."""
 INT8_LIMIT: Final = 0.01
 """Largest change of a share by quantization, on any drive; shares range over 1."""
-CALIBRATION_IMAGES: Final = 256
+CALIBRATION_IMAGES: Final = 1024
 ROUNDING_IMAGES: Final = 8000
 BATCH: Final = 64
 
 
+@dataclass(frozen=True)
+class Change:
+    """What quantization changes most.
+
+    Attributes
+    ----------
+    parameter : str
+    share : float
+        Of the parameter's range, on the drive where it is largest.
+    """
+
+    parameter: str
+    share: float
+
+    @property
+    def small(self) -> bool:
+        """Whether the int8 network stands for the other."""
+        return self.share <= INT8_LIMIT
+
+    def __str__(self) -> str:
+        text = f"int8 moves the {self.parameter} of a drive by {self.share:.2%} of its range"
+        if self.small:
+            return f"{text}, and no parameter by more"
+        return f"{text} (limit {INT8_LIMIT:.0%}): only the fp32 network was written"
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What an export wrote.
+
+    Attributes
+    ----------
+    manifest : Path
+    int8 : Change or None
+        What quantization changes; where that is too much, the int8 network was left out. None: it
+        was not wanted.
+    """
+
+    manifest: Path
+    int8: Change | None
+
+
 def export(
     checkpoint: Path, output: Path, on_progress: Callable[[str], None], *, int8: bool = True
-) -> Path:
-    """Write NAME_fp32.onnx, NAME_int8.onnx and NAME.json, and return the path of the last.
+) -> Exported:
+    """Write NAME_fp32.onnx, NAME_int8.onnx and NAME.json.
 
-    NAME is that of the motion. `on_progress` is called with the name of each stage. Without `int8`
-    that network is left out.
+    NAME is that of the motion. `on_progress` is called with the name of each stage. Without `int8`,
+    and where quantization moves the identified parameters too far, that network is left out, and
+    one of an earlier export is removed: it does not belong to the manifest.
 
     Raises
     ------
     ModelError
-        The training run is not finished, the exported network differs from torch's, or
-        quantization moves the identified parameters too far.
+        The training run is not finished, or the exported network differs from torch's.
     """
     network, trained = _trained(checkpoint)
     configuration, motion = trained.configuration, trained.motion
     on_progress("recording")
-    images, features = _calibration(network, Batches(configuration, motion))
+    batches = Batches(configuration, motion)
+    images = _images(batches)
     drives = evaluation_drives(motion, POINTS)
     on_progress("exporting")
-    models: dict[Variant, onnx.ModelProto] = {"fp32": to_onnx(network)}
-    if int8:
-        on_progress("quantizing")
-        models["int8"] = clean(quantize(models["fp32"], images, features))
+    with foreign_messages_unheard():
+        models: dict[Variant, onnx.ModelProto] = {"fp32": to_onnx(network)}
+        if int8:
+            on_progress("quantizing")
+            models["int8"] = _quantized(network, batches, images)
     models["fp32"] = with_spared_bits(models["fp32"])
     output.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=output) as folder:  # nothing is replaced before all checks pass
-        draft = Path(folder)
+        draft, name = Path(folder), motion.name
         contents = {variant: model.SerializeToString() for variant, model in models.items()}
-        described = describe(configuration, motion, contents)
-        networks = _written(draft, motion.name, described, contents)
+        networks = _written(draft, name, describe(configuration, motion, contents), contents)
         check_parity(network, networks["fp32"], images)
         on_progress("evaluating")
-        if int8:
-            check_quantization(networks["fp32"], networks["int8"], drives.clean)
-        write(_evaluated(described, networks, drives), draft / f"{motion.name}.json")
-        for file in draft.iterdir():
-            file.replace(output / file.name)
-    return output / f"{motion.name}.json"
+        change = largest_change(networks["fp32"], networks["int8"], drives.clean) if int8 else None
+        if change is not None and not change.small:
+            del networks["int8"], contents["int8"]
+        described = describe(configuration, motion, contents)
+        write(_evaluated(described, networks, drives), draft / f"{name}.json")
+        for variant in VARIANTS:
+            if variant in contents:
+                (draft / f"{name}_{variant}.onnx").replace(output / f"{name}_{variant}.onnx")
+            else:
+                (output / f"{name}_{variant}.onnx").unlink(missing_ok=True)
+        (draft / f"{name}.json").replace(output / f"{name}.json")
+    return Exported(output / f"{name}.json", change)
+
+
+@contextmanager
+def foreign_messages_unheard() -> Iterator[None]:
+    """Keep from the user what torch and the quantizer say about their own working."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        logging.disable(logging.WARNING)
+        try:
+            yield
+        finally:
+            logging.disable(logging.NOTSET)
 
 
 def _trained(checkpoint: Path) -> tuple[ResidualNetwork, Checkpoint]:
@@ -115,8 +179,6 @@ def _evaluated(
 
 def to_onnx(network: ResidualNetwork) -> onnx.ModelProto:
     """The plain network, image in, sigmoid out, any number of images."""
-    # the exporter warns of every optional package that is not there
-    logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     program = torch.onnx.export(
         network,
         (torch.zeros(2, 1, POINTS, POINTS),),
@@ -163,36 +225,33 @@ def check_parity(network: ResidualNetwork, exported: Network, images: NDArray[np
         )
 
 
-def check_quantization(fp32: Network, int8: Network, drives: DriveSet) -> None:
-    """Compare what both networks identify.
-
-    Raises
-    ------
-    ModelError
-        If quantization moves a parameter of any drive by more than 1 % of its range.
-    """
-    moved = drives.shares(identified(int8, drives) - identified(fp32, drives))
-    worst = float(np.max(np.abs(moved)))
-    if worst > INT8_LIMIT:
-        name = PARAMETERS[int(np.argmax(np.max(np.abs(moved), axis=0)))]
-        raise ModelError(
-            f"int8 moves the {name} of a drive by {worst:.2%} of its range "
-            f"(limit {INT8_LIMIT:.0%})",
-            "train longer, or leave the int8 network out: --no-int8",
-        )
+def largest_change(fp32: Network, int8: Network, drives: DriveSet) -> Change:
+    """Compare what both networks identify."""
+    moved = np.abs(drives.shares(identified(int8, drives) - identified(fp32, drives)))
+    worst = np.max(moved, axis=0)
+    return Change(PARAMETERS[int(np.argmax(worst))], float(np.max(worst)))
 
 
-def _calibration(
-    network: ResidualNetwork, batches: Batches
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Images of training drives (256, 1, 100, 100), and features (8000, 3610) of more of them."""
-    images, features = [], []
-    for number in range(ROUNDING_IMAGES // BATCH):
-        batch = batches.batch("calibration", number, BATCH)
-        with torch.no_grad():
-            features.append(network.features(*batch.factors).flatten(1).numpy().astype(np.float64))
-        if number < CALIBRATION_IMAGES // BATCH:
-            # the scale is in the factor already; the offset is left to add
-            product = effort_image(batch.model_effort, batch.measured_effort, "effort-scale")
-            images.append(product + batch.offset.astype(np.float32)[:, None, None, None])
-    return np.concatenate(images), np.concatenate(features)
+def _quantized(
+    network: ResidualNetwork, batches: Batches, images: NDArray[np.float32]
+) -> onnx.ModelProto:
+    """The int8 network."""
+    even = equalized(network, _calibration(batches, EQUALIZED_IMAGES))
+    moments = input_moments(even, _calibration(batches, ROUNDING_IMAGES))
+    return clean(quantize(to_onnx(even), images, moments))
+
+
+def _calibration(batches: Batches, images: int) -> Iterator[Batch]:
+    """Training drives, for so many images."""
+    for number in range(images // BATCH):
+        yield batches.batch("calibration", number, BATCH)
+
+
+def _images(batches: Batches) -> NDArray[np.float32]:
+    """Images of training drives (n, 1, 100, 100)."""
+    images = []
+    for batch in _calibration(batches, CALIBRATION_IMAGES):
+        # the scale is in the factor already; the offset is left to add
+        product = effort_image(batch.model_effort, batch.measured_effort, "effort-scale")
+        images.append(product + batch.offset.astype(np.float32)[:, None, None, None])
+    return np.concatenate(images)

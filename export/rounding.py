@@ -25,9 +25,7 @@ def with_spared_bits(model: onnx.ModelProto) -> onnx.ModelProto:
     return rounded
 
 
-def round_to_grid(
-    weights: Array, scales: Array, features: Array, damping: float
-) -> NDArray[np.int8]:
+def round_to_grid(weights: Array, scales: Array, moment: Array, damping: float) -> NDArray[np.int8]:
     """Quantize weights one input after the other; the rest make up for each error.
 
     The first dense layer finds small numbers as sums over 3610 inputs that nearly cancel:
@@ -39,8 +37,8 @@ def round_to_grid(
     weights : (outputs, inputs) array
     scales : (outputs,) array
         Width of each output's grid.
-    features : (n, inputs) array
-        Inputs that the layer gets.
+    moment : (inputs, inputs) array
+        XᵀX of the inputs X, (n, inputs), that the layer gets.
     damping : float
         Of the mean square input; larger for errors that also stay small on other inputs.
 
@@ -53,7 +51,7 @@ def round_to_grid(
     Frantar et al., GPTQ, 2023, without its blocks: with H = XᵀX + damping and H⁻¹ = UᵀU, the
     error of column i goes to the later ones as U_ij/U_ii.
     """
-    hessian = features.T @ features
+    hessian = moment.copy()
     hessian[np.diag_indices_from(hessian)] += damping * np.trace(hessian) / len(hessian)
     upper = np.linalg.cholesky(np.linalg.inv(hessian)).T
     rest = weights.copy()

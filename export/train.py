@@ -18,6 +18,7 @@ from export.losses import LOSSES
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork
 from export.processor import checked_device, set_fastest_threads
+from export.time_left import TimeLeft
 from export.warm_start import Features, Head, compute_features, join, look_linear
 
 SAVE_EVERY_S: Final = 10.0
@@ -51,6 +52,8 @@ class TrainingProgress:
         Of the last step, where there is one.
     elapsed_s : float
         Over all sessions of the run.
+    left_s : float or None
+        Estimate for all stages that are left; None before anything is done.
     """
 
     stage: str
@@ -58,6 +61,7 @@ class TrainingProgress:
     steps: int
     loss: float | None
     elapsed_s: float
+    left_s: float | None
 
 
 def train(
@@ -82,7 +86,7 @@ def train(
         A resumed run goes on with its own.
     output : Path
     resume : bool
-        Go on from the checkpoint at `output`.
+        Go on from the checkpoint at `output`, or begin where there is none yet.
     accelerator : str or None
         Torch device; None is a GPU where there is one, else the processor.
 
@@ -95,11 +99,13 @@ def train(
     if not resume and output.exists():
         raise ModelError(f"{output}: already exists", "resume it or name another file")
     device = checked_device(accelerator)
-    checkpoint = _resumed(configuration, output) if resume else None
+    checkpoint = _resumed(configuration, output) if output.exists() else None
     if checkpoint:
         motion = checkpoint.motion
+        if checkpoint.complete:
+            return output
     set_fastest_threads()
-    return _Run(configuration, motion, output, device, on_progress).finish(checkpoint)
+    return _Run(configuration, motion, output, device, on_progress, checkpoint).finish()
 
 
 def _resumed(configuration: Configuration, path: Path) -> Checkpoint:
@@ -122,8 +128,12 @@ class _Run:
         output: Path,
         device: str,
         on_progress: Callable[[TrainingProgress], None],
+        checkpoint: Checkpoint | None,
     ) -> None:
         self.began_s = time.perf_counter()
+        self.checkpoint = checkpoint
+        self.earlier_s = checkpoint.elapsed_s if checkpoint else 0.0
+        self.time_left = TimeLeft(configuration, checkpoint)
         self.configuration = configuration
         self.motion = motion
         self.output = output
@@ -140,11 +150,10 @@ class _Run:
             # its kernels only have to pass the image on, and half of a step's time would be theirs
             self.network.first.requires_grad_(False)
 
-    def finish(self, checkpoint: Checkpoint | None) -> Path:
+    def finish(self) -> Path:
         """Go through the stages that are left."""
         configuration = self.configuration
-        state = checkpoint or self._start()
-        self.began_s -= state.elapsed_s
+        state = self.checkpoint or self._start()
         self.network.load_state_dict(state.network)
         if state.stage == "head":
             self.head.load_state_dict(state.head)
@@ -261,8 +270,10 @@ class _Run:
         return lambda done, total: self._report(stage, min(done, total), total, None)
 
     def _report(self, stage: str, step: int, steps: int, loss: float | None) -> None:
-        elapsed_s = time.perf_counter() - self.began_s
-        self.on_progress(TrainingProgress(stage, step, steps, loss, elapsed_s))
+        passed_s = time.perf_counter() - self.began_s
+        left_s = self.time_left.after(stage, step, passed_s)
+        elapsed_s = passed_s + self.earlier_s
+        self.on_progress(TrainingProgress(stage, step, steps, loss, elapsed_s, left_s))
 
     def _save(
         self, state: Checkpoint, step: int, optimizer: torch.optim.Optimizer, losses: list[Loss]
@@ -270,7 +281,7 @@ class _Run:
         state = replace(
             state,
             step=step,
-            elapsed_s=time.perf_counter() - self.began_s,
+            elapsed_s=time.perf_counter() - self.began_s + self.earlier_s,
             network=self.network.state_dict(),
             head=self.head.state_dict() if state.stage == "head" else {},
             optimizer=optimizer.state_dict(),

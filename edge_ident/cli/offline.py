@@ -7,11 +7,11 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from edge_ident.cli.command import command
+from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
-from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.messages import print_document, say, say_always
 from edge_ident.cli.options import Json, ModelFile, given_model, result_folder
-from edge_ident.cli.progress import Progress, shown_progress
+from edge_ident.cli.progress import Progress, duration, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
@@ -136,7 +136,10 @@ def train(
     configuration: Configuration = "improved",
     motion: TrainedMotion,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Continue from the checkpoint in the folder.")
+        bool,
+        typer.Option(
+            "--resume", help="Continue from the checkpoint in the folder, or begin without one."
+        ),
     ] = False,
     accelerator: Accelerator = None,
     json: Json = False,
@@ -153,10 +156,14 @@ def train(
     known_motion = motion.load()
     trainer = _offline("export.train")
     with shown_progress() as bars:
-        path = trainer.train(
-            chosen, known_motion, output / CHECKPOINT, resume=resume, accelerator=accelerator,
-            on_progress=_shown_on(bars),
-        )  # fmt: skip
+        try:
+            path = trainer.train(
+                chosen, known_motion, output / CHECKPOINT, resume=resume, accelerator=accelerator,
+                on_progress=_shown_on(bars),
+            )  # fmt: skip
+        except KeyboardInterrupt as interruption:
+            interruption.add_note("the same command with --resume continues the training")
+            raise
     if json:
         losses = path.with_name("losses.csv")
         print_document(
@@ -171,8 +178,9 @@ def _shown_on(bars: Progress) -> Any:
 
     def show(progress: Any) -> None:
         bars.show(f"training, {progress.stage}", progress.step, progress.steps)
-        if progress.loss is not None:
-            bars.note(f"loss {progress.loss:.3g}")
+        left = None if progress.left_s is None else f"{duration(progress.left_s)} left in all"
+        loss = None if progress.loss is None else f"loss {progress.loss:.3g}"
+        bars.note(", ".join(filter(None, [left, loss])))
 
     return show
 
@@ -191,8 +199,8 @@ def export(
 
     The networks, fp32 and int8, are checked and written to the folder given by --output (default:
     networks), with a manifest. The path of the manifest is printed. The network that comes with
-    edge-ident is not replaced. Where quantization costs too much, nothing is written; --no-int8
-    leaves that network out.
+    edge-ident is not replaced. Where quantization costs too much accuracy, the int8 network is left
+    out: the command says how much, and ends with 1. --no-int8 leaves it out in any case.
 
     With --c, an int8 network is written as C99: a header, whose path is printed, and two files
     more. This needs onnx, but not torch.
@@ -213,13 +221,25 @@ def export(
         raise typer.BadParameter("goes with --c only", param_hint="--network")
     exporter = _offline("export.onnx_export")
     with shown_progress() as bars:
-        manifest = exporter.export(
+        exported = exporter.export(
             checkpoint or DEFAULT_RUN / CHECKPOINT, output, bars.stage, int8=int8
         )
+    change = exported.int8
     if json:
-        print_document({"schema": "edge-ident/export/1", "manifest": str(manifest)})
+        figures = None if change is None else {**asdict(change), "written": change.small}
+        print_document(
+            {
+                "schema": "edge-ident/export/1",
+                "manifest": str(exported.manifest),
+                "int8": figures,
+            }
+        )
     else:
-        print(manifest)
+        print(exported.manifest)
+    if change is not None:
+        (say if change.small else say_always)(str(change))
+        if not change.small:
+            raise typer.Exit(UNTRUSTED)
 
 
 def _export_c(folder: Path, network: Path | None, json: bool) -> None:

@@ -14,7 +14,7 @@ def test_rounding_keeps_outputs_where_rounding_each_weight_does_not() -> None:
     weights = rng.normal(size=(5, 120))
     scales = np.max(np.abs(weights), axis=1) / 7.0
     nearest = np.clip(np.round(weights / scales[:, None]), -127, 127)
-    rounded = round_to_grid(weights, scales, features, 1e-2)
+    rounded = round_to_grid(weights, scales, features.T @ features, 1e-2)
 
     def error(grid: np.ndarray) -> float:
         return float(np.linalg.norm(features @ (grid * scales[:, None] - weights).T))
@@ -26,7 +26,8 @@ def test_rounding_keeps_outputs_where_rounding_each_weight_does_not() -> None:
 def test_weights_on_the_grid_stay_as_they_are() -> None:
     rng = np.random.default_rng(0)
     grid = rng.integers(-127, 128, size=(3, 40))
-    rounded = round_to_grid(0.01 * grid, np.full(3, 0.01), rng.normal(size=(100, 40)), 1e-2)
+    features = rng.normal(size=(100, 40))
+    rounded = round_to_grid(0.01 * grid, np.full(3, 0.01), features.T @ features, 1e-2)
     np.testing.assert_array_equal(rounded, grid)
 
 

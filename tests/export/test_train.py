@@ -17,6 +17,7 @@ from export.losses import (  # noqa: E402
     absolute_loss,
 )
 from export.motion import TrainingMotion, paper_motion  # noqa: E402
+from export.time_left import STEP_S, TimeLeft  # noqa: E402
 from export.train import TrainingProgress  # noqa: E402
 
 TINY = replace(
@@ -181,8 +182,52 @@ def test_a_checkpoint_is_neither_overwritten_nor_resumed_by_another_run(tmp_path
         run(path)
     with pytest.raises(ModelError, match="belongs to configuration"):
         run(path, resume=True, recipe=PAPER)
-    with pytest.raises(ModelError, match="no such checkpoint"):
-        run(tmp_path / "none.pt", resume=True)
+
+
+def test_resuming_begins_where_a_run_was_interrupted_before_its_first_checkpoint(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "run.pt"
+    with pytest.raises(KeyboardInterrupt):
+        run(path, interrupt_at("recordings", 1))
+    assert not path.exists()
+    assert load(run(path, resume=True)).complete
+
+
+def test_a_finished_run_that_is_resumed_computes_nothing(tmp_path: Path) -> None:
+    path = run(tmp_path / "run.pt")
+    before = path.read_bytes()
+    assert run(path, interrupt_at("recordings", 1), resume=True).read_bytes() == before
+
+
+def test_time_left_is_that_of_all_stages_at_the_pace_of_this_session() -> None:
+    """A machine that takes twice the time of each step has as much left as twice their sum."""
+    recipe = replace(IMPROVED, motions=10, head_steps=100, dense_examples=1000, dense_steps=50)
+    work_s = {
+        "recordings": 10 * STEP_S["recordings"],
+        "head": 100 * STEP_S["head"],
+        "features": 1000 * STEP_S["features"],
+        "dense": 50 * STEP_S["dense"],
+        "network": recipe.steps * STEP_S["network"],
+    }
+    whole_s, left = sum(work_s.values()), TimeLeft(recipe, None)
+    assert left.after("recordings", 0, 1.0) is None
+    done_s = work_s["recordings"] + 40 * STEP_S["head"]
+    assert left.after("head", 40, 2.0 * done_s) == pytest.approx(2.0 * (whole_s - done_s))
+    assert left.after("network", recipe.steps, 9.0) == 0.0
+
+
+def test_time_left_of_a_resumed_run_leaves_out_what_earlier_sessions_did(tmp_path: Path) -> None:
+    path = tmp_path / "run.pt"
+    with pytest.raises(KeyboardInterrupt):
+        run(path, interrupt_at("network", 3))
+    left, recipe = TimeLeft(WITHOUT_EFFECTS, load(path)), WITHOUT_EFFECTS
+    recorded_s = recipe.motions * STEP_S["recordings"]
+    two_steps_s = (recipe.steps - 2) * STEP_S["network"]
+    assert left.after("recordings", recipe.motions, recorded_s) == pytest.approx(two_steps_s)
+    assert left.after("network", 3, recorded_s + STEP_S["network"]) == pytest.approx(
+        STEP_S["network"]
+    )
 
 
 def test_the_papers_recipe_trains_from_random_weights(tmp_path: Path) -> None:
