@@ -10,7 +10,8 @@ first factor of the image stays that of the start. The image is linear in the re
 residual comes in shares of the remainder's scale. Each pass sharpens the answer, and the remainder
 shows what the model lacks. The guard above does not serve here: the parameters that come closest
 to a disturbed effort are not those of the drive. The loop ends where a pass moves the answer no
-less than the pass before.
+less than the pass before, and that pass took nothing away from the remainder: while it halves the
+remainder's power, it is the pass before that moved the answer too little.
 
 Several recordings, such as the axes of one, are read together: each pass is one batch.
 """
@@ -37,6 +38,8 @@ GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
+SHRUNK: Final = float(np.sqrt(0.5))
+"""Scale of a remainder over that before, at which a pass has brought the answer closer."""
 CONVERGED: Final = 1e-5
 """Change of the shares at which refinement stops."""
 SMALLEST: Final = 1e-4
@@ -233,15 +236,15 @@ def _refine(
     """
     nominal = manifest.motion.regressor / manifest.motion.column_scales
     mapping = np.linalg.lstsq(nominal, regressor, rcond=None)[0]
-    here, change = start, np.inf
+    here, change, before = start, np.inf, np.inf
     for done in range(1, passes + 1):
         remainder = measured - regressor @ here
         scale = max(float(effort_scale(remainder, manifest.normalization)), _TINY)
         residual = scale * (yield nominal @ start, remainder / scale)
         step = np.linalg.solve(mapping, residual)
-        if np.linalg.norm(step) > change:  # the answer moves about what the network can resolve
-            return _physical(here, regressor, measured), done
-        here, change = here - step, float(np.linalg.norm(step))
+        if np.linalg.norm(step) > change and scale > SHRUNK * before:
+            return _physical(here, regressor, measured), done  # about what the network can resolve
+        here, change, before = here - step, float(np.linalg.norm(step)), scale
         if change <= CONVERGED:
             break
     return _physical(here, regressor, measured), done

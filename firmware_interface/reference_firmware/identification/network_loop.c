@@ -10,6 +10,7 @@
 #define POINTS NETWORK_POINTS
 #define MOST_IMAGES 8u
 #define CONVERGED 1e-5 /* change of the shares */
+#define SHRUNK 0.7071067811865476 /* a remainder over that before: the answer has come closer */
 #define SMALLEST 1e-4 /* share that stands for zero where physics requires a positive parameter */
 #define LARGEST_RESIDUAL 0.15
 #define FEWEST_MOVING 0.5
@@ -98,9 +99,10 @@ static void show(const double remainder[POINTS], float *image)
     }
 }
 
-/* One pass: by how much the shares are to be lowered; false where the network has no answer. */
+/* One pass: by how much the shares are to be lowered, and the scale of what they left of the effort;
+ * false where the network has no answer. */
 static bool pass(const struct conditioned *seen, const double measured[POINTS],
-                 const double shares[PARAMETERS], struct equations *equations,
+                 const double shares[PARAMETERS], struct equations *equations, double *left,
                  struct loop_memory *memory)
 {
     double remainder[POINTS];
@@ -110,6 +112,7 @@ static bool pass(const struct conditioned *seen, const double measured[POINTS],
         remainder[n] = measured[n] - modelled(seen, shares, n);
     }
     const double scale = fmax(scale_of(remainder), TINY);
+    *left = scale;
     for (uint32_t n = 0; n < POINTS; n++) {
         remainder[n] /= scale;
     }
@@ -168,7 +171,7 @@ struct network_answer read_parameters(struct conditioned *seen, struct loop_memo
     scale_columns(seen);
     const double scale = scale_of(seen->effort);
     const struct equations mapped = mapping(seen);
-    double measured[POINTS], shares[PARAMETERS], change = HUGE_VAL;
+    double measured[POINTS], shares[PARAMETERS], change = HUGE_VAL, before = HUGE_VAL;
     for (uint32_t n = 0; n < POINTS; n++) {
         measured[n] = seen->effort[n] / scale;
     }
@@ -177,19 +180,21 @@ struct network_answer read_parameters(struct conditioned *seen, struct loop_memo
     }
     while (answer.images < MOST_IMAGES && change > CONVERGED && goes_on()) {
         struct equations equations = mapped;
+        double left;
         answer.images++;
-        if (!pass(seen, measured, shares, &equations, memory)) {
+        if (!pass(seen, measured, shares, &equations, &left, memory)) {
             answer.reason = FD_IDENTIFICATIONREASON_UNEXPLAINED;
             return answer;
         }
         const double step = equations_norm(&equations);
-        if (step > change) { /* the answer moves about what the network can resolve */
+        if (step > change && left > SHRUNK * before) { /* about what the network can resolve */
             break;
         }
         for (unsigned n = 0; n < PARAMETERS; n++) {
             shares[n] -= equations.right[n];
         }
         change = step;
+        before = left;
     }
     score(seen, measured, scale, shares, &answer);
     return answer;

@@ -90,6 +90,22 @@ def test_steps_that_grow_end_the_loop_before_they_count() -> None:
     np.testing.assert_array_equal(found.parameters, once.parameters)
 
 
+@pytest.mark.parametrize(("part", "goes_on"), [(0.4, True), (0.2, False)])
+def test_a_step_that_grows_after_a_remainder_that_shrank_makes_up_for_the_one_before(
+    part: float, goes_on: bool
+) -> None:
+    """A coarse network reads all but a hundredth, then a part of the rest, then all of it.
+
+    What is left of the rest has 0.6 or 0.8 of its scale: less than half of its power, or more.
+    """
+    shares = iter((0.99, part, 1.0, 1.0))
+    stand_in = StandIn(lambda image: reader(next(shares))(image), START)
+    found = identify(stand_in, COLUMNS @ FEED_DRIVE)
+    error = np.max(np.abs(found.parameters / FEED_DRIVE - 1.0))
+    assert (error < 1e-5) == goes_on
+    assert found.passes == (4 if goes_on else 3)
+
+
 def test_a_drive_that_is_the_start_leaves_nothing_to_read() -> None:
     """Its remainder is zero, which has no scale."""
     shares = np.array(START) / effort_scale(SHAPES @ np.array(START), "effort-scale")
