@@ -10,8 +10,8 @@ first factor of the image stays that of the start. The image is linear in the re
 residual comes in shares of the remainder's scale. Each pass sharpens the answer, and the remainder
 shows what the model lacks. The guard above does not serve here: the parameters that come closest
 to a disturbed effort are not those of the drive. The loop ends where a pass moves the answer no
-less than the pass before, and that pass took nothing away from the remainder: while it halves the
-remainder's power, it is the pass before that moved the answer too little.
+less than the pass before, and that one took next to nothing from the remainder: if it did, it was
+that one which moved the answer too little.
 
 Several recordings, such as the axes of one, are read together: each pass is one batch.
 """
@@ -38,8 +38,9 @@ GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
-SHRUNK: Final = float(np.sqrt(0.5))
-"""Scale of a remainder over that before, at which a pass has brought the answer closer."""
+SHRUNK: Final = 0.85
+"""Scale of a remainder over that before, up to which the pass brought the answer closer. Where noise
+or an effect is what is left, 994 of 1000 loops end with more."""
 CONVERGED: Final = 1e-5
 """Change of the shares at which refinement stops."""
 SMALLEST: Final = 1e-4

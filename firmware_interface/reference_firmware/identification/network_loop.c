@@ -10,7 +10,7 @@
 #define POINTS NETWORK_POINTS
 #define MOST_IMAGES 8u
 #define CONVERGED 1e-5 /* change of the shares */
-#define SHRUNK 0.7071067811865476 /* a remainder over that before: the answer has come closer */
+#define SHRUNK 0.85 /* a remainder over that before: the answer has come closer */
 #define SMALLEST 1e-4 /* share that stands for zero where physics requires a positive parameter */
 #define LARGEST_RESIDUAL 0.15
 #define FEWEST_MOVING 0.5
