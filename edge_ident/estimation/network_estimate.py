@@ -39,8 +39,8 @@ GOOD_ENOUGH: Final = 0.002
 STEPS: Final = (1.0, 0.5, 0.25)
 """Parts of the network's residual that are tried; they cost no pass."""
 SHRUNK: Final = 0.85
-"""Scale of a remainder over that before, up to which the pass brought the answer closer. Where noise
-or an effect is what is left, 994 of 1000 loops end with more."""
+"""Scale of a remainder over that before, up to which the pass brought the answer closer. Where
+noise or an effect is what is left, 996 of 1000 loops end with more."""
 CONVERGED: Final = 1e-5
 """Change of the shares at which refinement stops."""
 SMALLEST: Final = 1e-4

@@ -96,7 +96,7 @@ def test_a_step_that_grows_after_a_remainder_that_shrank_makes_up_for_the_one_be
 ) -> None:
     """A coarse network reads all but a hundredth, then a part of the rest, then all of it.
 
-    What is left of the rest has 0.7 or 0.9 of its scale; noise does not shrink by as much as the first.
+    What is left of the rest has 0.7 or 0.9 of its scale; noise shrinks by less than the first.
     """
     shares = iter((0.99, part, 1.0, 1.0))
     stand_in = StandIn(lambda image: reader(next(shares))(image), START)
