@@ -178,7 +178,9 @@ def _contract(table: Table, said: Mapping[str, str], options: ReadOptions) -> di
     targets = {
         column.heading: target
         for column in table.columns
-        if column.heading not in (*said, *said.values()) and (target := _contract_name(column))
+        if column.heading not in (*said, *said.values())
+        and (target := _contract_name(column))
+        and target not in said.values()
     }
     parsed = {target: parse_name(target) or ("", "", "") for target in targets.values()}
     moved = ("position", "velocity")
