@@ -99,8 +99,8 @@ static void show(const double remainder[POINTS], float *image)
     }
 }
 
-/* One pass: by how much the shares are to be lowered, and the scale of what they left of the effort;
- * false where the network has no answer. */
+/* One pass: by how much the shares are to be lowered, and the scale of what they leave of the
+ * effort; false where the network has no answer. */
 static bool pass(const struct conditioned *seen, const double measured[POINTS],
                  const double shares[PARAMETERS], struct equations *equations, double *left,
                  struct loop_memory *memory)
