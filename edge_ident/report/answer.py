@@ -16,7 +16,7 @@ from edge_ident.identification.result import AxisIdentification, Identification,
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.identification_tables import identification_view
-from edge_ident.report.next_steps import DESIGN_GAINS, identification_steps
+from edge_ident.report.next_steps import DESIGN_GAINS, OF_MODEL, identification_steps
 from edge_ident.report.parameter_table import parameter_table
 from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
 from edge_ident.support.words import listed, spoken
@@ -145,7 +145,7 @@ def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Text]:
     seen: dict[str, tuple[Finding, list[str]]] = {}
     for name, of_axis in findings.items():
         for finding in of_axis:
-            if not finding.blocks and finding.code != "extended_model":
+            if not finding.blocks and finding.code not in OF_MODEL:
                 seen.setdefault(finding.code, (finding, []))[1].append(name)
     for code, (finding, (first, *others)) in seen.items():
         alike = f"; likewise on {listed(others)}" if others else ""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _Found = TypeVar("_Found", "Identification", "Diagnosis")
 MOST: Final = 3
 """Steps for one axis; more would hide the first."""
+OF_MODEL: Final = ("base_inadequate", "not_diagnosed", "unexplained", "extended_model")
+"""Codes of findings that the line about the model says."""
 DESIGN_GAINS: Final = "design gains from this recording: edge-ident gains FILE"
 
 
@@ -65,7 +67,7 @@ def identification_steps(found: Identification) -> list[str]:
         finding.next_step
         for axis in found.axes.values()
         for finding in axis.findings
-        if finding.code == "extended_model" and axis.trusted
+        if finding.code in OF_MODEL and axis.trusted
     ]
     return distinct(steps)
 
