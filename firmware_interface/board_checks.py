@@ -9,7 +9,13 @@ import numpy as np
 
 from firmware_interface.board_types import BoardStatus
 from firmware_interface.codec import decode
-from firmware_interface.errors import BoardError, LinkError, SilentError, StoppedError
+from firmware_interface.errors import (
+    BoardError,
+    LinkError,
+    MotionRefusedError,
+    SilentError,
+    StoppedError,
+)
 from firmware_interface.link import Link
 from firmware_interface.map_versions import MAP_CRCS
 from firmware_interface.registers import (
@@ -180,7 +186,9 @@ def refusal(opcode: Opcode, status: BoardStatus) -> BoardError:
             "start again: another host may have armed or committed something on the board",
         )
     meaning, next_step = RESULT_TEXTS[status.last_result]
-    return BoardError(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)
+    limits = status.last_result is Result.TRAJECTORY_LIMITS
+    kind = MotionRefusedError if limits else BoardError
+    return kind(f"{opcode.name} refused: {meaning} (board is {status.state.name})", next_step)
 
 
 def check_effect(opcode: Opcode, status: BoardStatus) -> None:

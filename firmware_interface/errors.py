@@ -6,6 +6,7 @@ EdgeIdentError
 │   └── ChangedWordError    a word came out as another one
 └── BoardError        the board refused a command or is in fault (exit code 4)
     ├── ValueRefusedError   a value is outside its register's range
+    ├── MotionRefusedError  a motion would leave the board's limits; nothing has moved
     ├── BusyError           another host controls the board, or an axis moves
     ├── OvertakenError      a command of another host came right after this host's
     ├── StoppedError        another host stopped this one, or used the board meanwhile
@@ -65,6 +66,10 @@ class BoardError(EdgeIdentError):
 
 class ValueRefusedError(BoardError):
     """A value is outside its register's range."""
+
+
+class MotionRefusedError(BoardError):
+    """A motion would leave the limits of travel, speed, acceleration or effort."""
 
 
 class BusyError(BoardError):

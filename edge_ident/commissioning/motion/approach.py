@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.errors import BoardError
 from firmware_interface.board import AxisLimits, Board
 from firmware_interface.control_law import exact_effort_nm
+from firmware_interface.errors import MotionRefusedError
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import (
     Multisine,
@@ -47,7 +47,7 @@ class _Use:
     effort_nm: float
 
 
-class UnreachableError(BoardError):
+class UnreachableError(MotionRefusedError):
     """However long it takes, a motion cannot be begun from where the axes stand."""
 
 

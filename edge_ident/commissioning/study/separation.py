@@ -31,6 +31,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification, ParameterSource
 from edge_ident.signals.data_checks import check_recording
 from edge_ident.signals.recording import Recording
+from firmware_interface.errors import MotionRefusedError
 from firmware_interface.motion import Trajectory
 
 
@@ -191,7 +192,10 @@ def _make_next_motion(study: Study, motions: list[IdentificationMotion]) -> str:
     first, *rest = following.told
     for line in (f"motion {number}, {wanted_s:.0f} s: {first}", *rest):
         study.tell(line)
-    capture = captured(study, trajectory, number, motions[0].capture)
+    try:
+        capture = captured(study, trajectory, number, motions[0].capture)
+    except MotionRefusedError as error:  # the gains in force may ask for more than the forecast
+        return f"{_what_is_open(motions)}: the next motion was not made: {error.cause}"
     study.board.finish()
     check_recording(capture.recording)
     made = IdentificationMotion(
