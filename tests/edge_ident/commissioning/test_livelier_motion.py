@@ -190,7 +190,7 @@ def test_a_livelier_motion_that_the_board_refuses_is_not_made(
     virtual = spring()
     outcome = run(virtual, tmp_path, write=True)
     assert outcome.good, "what was found and written before holds"
-    assert "the next motion was not made: " in outcome.separation.ended
+    assert not (tmp_path / "capture_2.npz").exists()
     status = Board.connect(virtual).status()
     assert not status.enabled
     assert not status.unconfirmed  # what was confirmed before it stays
