@@ -25,7 +25,7 @@ Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 @pytest.mark.parametrize(
     ("url", "cause", "advice"),
     [
-        ("/dev/ttyNOTHERE", "cannot be opened: No such file or directory$", "connect the board"),
+        ("/dev/ttyNOTHERE", "cannot be opened: No such file or directory\n", "connect the board"),
         ("nonsense://x", "cannot be opened", "pySerial URL"),
         ("tcp://127.0.0.1", "no port given", "tcp://HOST:PORT"),
         ("tcp://127.0.0.1:²", "no port given", "tcp://HOST:PORT"),
@@ -62,7 +62,9 @@ def test_a_serial_port_that_another_program_holds(served: Served) -> None:
 def test_a_silent_line_is_no_board() -> None:
     master, slave = os.openpty()
     try:
-        with pytest.raises(LinkError, match=r"no board answers: no reply within 0\.1 s$") as caught:
+        with pytest.raises(
+            LinkError, match=r"no board answers: no reply within 0\.1 s\n"
+        ) as caught:
             open_link(os.ttyname(slave), timeout_s=0.1)
         assert "ModemManager" in caught.value.next_step
     finally:

@@ -181,7 +181,6 @@ def test_a_watchdog_that_expired_says_what_this_host_measured(line: NearLine) ->
     assert "the host that started the motion fell silent" in told.value.cause
     assert "the slowest request took 0.75 s" in told.value.cause
     assert "this process did not run for 0." in told.value.cause
-    assert str(told.value) == told.value.cause
     assert "cable" in told.value.next_step
 
 

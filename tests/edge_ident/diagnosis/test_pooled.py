@@ -47,7 +47,7 @@ def test_what_is_not_there_cannot_be_diagnosed() -> None:
 
 @pytest.mark.parametrize("tolerance", [-0.01, np.nan, np.inf])
 def test_a_senseless_tolerance_is_refused(tolerance: float) -> None:
-    with pytest.raises(DataError, match="a tolerance of"):
+    with pytest.raises(DataError, match="tolerance is"):
         diagnose([FIRST], tolerance=tolerance)
 
 
