@@ -1,0 +1,77 @@
+"""Terminal, JSON, page and survey of a diagnosis say the same, whatever it found."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import pytest
+from rich.console import Console
+
+from edge_ident.diagnosis.present.document import diagnosis_document
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.estimation.trust import Finding
+from edge_ident.report.answer_of_diagnosis import diagnosis_answer
+from edge_ident.report.page.diagnosis_page import write_page
+from edge_ident.report.page.provenance import Provenance
+from edge_ident.support.words import spoken
+from tests.edge_ident.diagnosis import hand_made
+from tests.edge_ident.report.page.pages import read
+
+RIPPLE, DIRECTION = hand_made.ripple(), hand_made.friction_by_direction()
+LATE: Final = Finding("effort_late", "recorded by another clock", "record both", blocks=True)
+
+
+def axis(verdict: Verdict, *causes: Cause, suspected: Sequence[Cause] = ()) -> AxisDiagnosis:
+    return replace(hand_made.axis(verdict, *causes), suspected=tuple(suspected))
+
+
+FOUND: Final[dict[str, AxisDiagnosis]] = {
+    "sound": axis(Verdict.ADEQUATE),
+    "sound, one suspected": axis(Verdict.ADEQUATE, suspected=[RIPPLE]),
+    "one cause": axis(Verdict.EXPLAINED, RIPPLE),
+    "another cause": axis(Verdict.EXPLAINED, DIRECTION),
+    "two causes": axis(Verdict.EXPLAINED, RIPPLE, DIRECTION),
+    "a cause and a suspicion": axis(Verdict.EXPLAINED, RIPPLE, suspected=[DIRECTION]),
+    "nothing is known": axis(Verdict.UNEXPLAINED),
+    "suspected only": axis(Verdict.UNEXPLAINED, suspected=[DIRECTION]),
+    "a cause, and something else": axis(Verdict.UNEXPLAINED, RIPPLE),
+    "contradictory data": replace(axis(Verdict.UNEXPLAINED), findings=(LATE,)),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_all_say_the_same(name: str, tmp_path: Path) -> None:
+    of_axis = FOUND[name]
+    found = Diagnosis({"x": of_axis}, (), {})
+    in_json = diagnosis_document(found, None)["axes"]["x"]
+    said = terminal(found)
+    page = read(
+        write_page(
+            found, Provenance((("a.csv", "0" * 64),), "edge-ident diagnose a.csv", "1"), tmp_path
+        )
+    ).text()
+
+    assert in_json["verdict"] == of_axis.verdict.value
+    assert ("unexplained" in said) is (of_axis.verdict is Verdict.UNEXPLAINED)
+    nothing = "Nothing is wrong that this recording can show."
+    assert (nothing in page) is (of_axis.verdict is Verdict.ADEQUATE)
+    explains = "This explains what the simple model gets wrong."
+    assert (explains in page) is (of_axis.verdict is Verdict.EXPLAINED)
+
+    for kind in ("causes", "suspected"):
+        effects = [cause.term.effect for cause in getattr(of_axis, kind)]
+        assert [cause["effect"] for cause in in_json[kind]] == effects
+        for effect in effects:
+            assert spoken(effect) in said
+            assert spoken(effect) in page
+    assert found.conclusive is not any(warning["blocks"] for warning in in_json["findings"])
+    assert (LATE.message in said) is (LATE in of_axis.findings)
+
+
+def terminal(found: Diagnosis) -> str:
+    console = Console(width=400, highlight=False)
+    with console.capture() as captured:
+        console.print(diagnosis_answer(found), soft_wrap=True)
+    return captured.get()
