@@ -1,6 +1,7 @@
 """Measured recordings, and processes that a test starts: none outlives the tests."""
 
 import functools
+import math
 import os
 import signal
 import time
@@ -86,20 +87,36 @@ OLDEST = (
     "edge_ident/support/",
 )
 """Those that run there as well, on the oldest Python: imports, models, and an identification."""
+DURATIONS = Path(__file__).with_name("durations.txt")
+"""Tests that take longer than a second or so: how long each took, in s, on a quiet core."""
+FLOORS = ("accuracy/",)
+"""Those that run however long they take."""
+_QUICK_S = 2.0
+_UP_TO = "EDGE_IDENT_TESTS_UP_TO"
+"""Environment variable that tells the workers the longest test."""
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
-        "--thorough", action="store_true", help="also the repetitions that the gate leaves out"
+        "--thorough", action="store_true", help="also the repetitions, and however long they take"
     )
+    parser.addoption(
+        "--up-to", type=float, metavar="SECONDS",
+        help="only tests that take less by tests/durations.txt "
+        f"(default: {_QUICK_S:g} of the whole suite, all of files that are named)",
+    )  # fmt: skip
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Tell what is decided when tests are imported, in the workers of pytest-xdist as well."""
     if config.getoption("--thorough"):
         os.environ[THOROUGH] = "yes"
+    if not hasattr(config, "workerinput"):  # workers do not know what was asked for
+        whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+        asked = config.getoption("--up-to") or (_QUICK_S if whole else math.inf)
+        os.environ[_UP_TO] = str(asked)
 
 
 @pytest.fixture(scope="session")
@@ -135,8 +152,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         repetitions = [
             item for item in items if any(item.get_closest_marker(kind) for kind in repeated)
         ]
-        config.hook.pytest_deselected(items=repetitions)
-        items[:] = [item for item in items if item not in repetitions]
+        long = _longer_than(float(os.environ[_UP_TO]))
+        left_out = [
+            item
+            for item in items
+            if item in repetitions or (item.nodeid in long and not _place(item).startswith(FLOORS))
+        ]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
     for item in items:
         place = _place(item)
         if place.split("/")[0] in REAL_TIME:
@@ -145,6 +168,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if place.startswith(places):
                 item.add_marker(group)
     items.sort(key=_turn)
+
+
+def _longer_than(limit_s: float) -> set[str]:
+    """Tests that took so long when they were measured."""
+    lines = (line.split(" ", 1) for line in DURATIONS.read_text("utf-8").splitlines())
+    return {test for seconds, test in lines if float(seconds) >= limit_s}
 
 
 def _place(item: pytest.Item) -> str:

@@ -96,4 +96,4 @@ def test_the_outcome_says_what_the_encoder_cannot_show() -> None:
     assert unseen_load({"x": designed(CONSERVATIVE_GAINS)}) == ""
     said = unseen_load({"x": designed(LEADING), "z": designed(CONSERVATIVE_GAINS)})
     assert said.startswith("; axis x: ")
-    assert "the encoder on the motor cannot show" in said
+    assert "its encoder cannot show" in said
