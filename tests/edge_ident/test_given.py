@@ -1,7 +1,7 @@
 """What a program gives: one recording or many, paths, results; and what it is told."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -161,13 +161,6 @@ def test_every_result_is_a_table(
         found.axes["x"].estimate.parameters[0]
     )
     assert "8742 samples, 21.85 s, 400 Hz" in str(recording)
-
-
-@pytest.fixture
-def registry() -> Iterator[None]:
-    yield
-    effects._registered.clear()
-    effects.catalogue.cache_clear()
 
 
 def block_of_the_page() -> str:

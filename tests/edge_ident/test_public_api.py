@@ -81,7 +81,7 @@ def test_what_is_not_exported_is_not_there() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(set(edge_ident.__all__) - WITHOUT_EXAMPLE))
-@pytest.mark.usefixtures("simulated")
+@pytest.mark.usefixtures("simulated", "registry")
 def test_the_example_of_each_docstring(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
