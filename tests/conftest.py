@@ -9,6 +9,9 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
+# three processes share the cores; before numpy is loaded
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 import typer
 
