@@ -152,17 +152,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Mark the groups; the long tests begin, so that no worker ends alone."""
     if not config.getoption("--thorough"):
         repeated = ["thorough", *(["stand_in"] if _measured().folder.is_dir() else [])]
-        repetitions = [
-            item for item in items if any(item.get_closest_marker(kind) for kind in repeated)
-        ]
         long = _longer_than(float(os.environ[_UP_TO]))
-        left_out = [
-            item
-            for item in items
-            if item in repetitions or (item.nodeid in long and not _place(item).startswith(FLOORS))
-        ]
+        kept, left_out = [], []
+        for item in items:
+            too_long = item.nodeid in long and not _place(item).startswith(FLOORS)
+            out = too_long or any(item.get_closest_marker(kind) for kind in repeated)
+            (left_out if out else kept).append(item)
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if item not in left_out]
+        items[:] = kept
     for item in items:
         place = _place(item)
         if place.split("/")[0] in REAL_TIME:

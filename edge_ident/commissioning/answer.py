@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
 
-import numpy as np
-
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking
-from edge_ident.identification.result import AxisIdentification, Identification, known_sentence
-from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model
+from edge_ident.identification.result import Identification, known_sentence, worth_acting_on
+from edge_ident.model.model import PARAMETERS, AxisModel, Model
 
 
 class Ending(StrEnum):
@@ -88,9 +86,9 @@ class RunAnswer:
         axes = {}
         for name, axis in found.axes.items():
             model = local.axes[name]
-            both = dict(zip(PARAMETERS, _known(model.estimate, axis), strict=True))
-            known = tuple(parameter for parameter, sure in both.items() if sure)
-            unknown = tuple(parameter for parameter, sure in both.items() if not sure)
+            both = dict(zip(PARAMETERS, worth_acting_on(model.estimate), strict=True))
+            known = tuple(name for name, sure in both.items() if sure and axis.consistent)
+            unknown = tuple(name for name in both if name not in known)
             axes[name] = AxisAnswer(model, known, unknown, tracked.get(name))
         return cls(_ending(change), axes)
 
@@ -98,15 +96,6 @@ class RunAnswer:
     def known_everywhere(self) -> bool:
         """Whether every parameter of every axis is known."""
         return not any(axis.unknown for axis in self.axes.values())
-
-
-def _known(estimate: Estimate, axis: AxisIdentification) -> tuple[bool, ...]:
-    """Whether each interval says more than that a parameter is there: it does not reach zero; that
-    of the offset is smaller than the friction."""
-    sizes = np.abs(estimate.parameters)
-    sizes[-1] = sizes[-2]
-    narrow = (NORMAL_95 * estimate.std < sizes).tolist()
-    return tuple(axis.consistent and sure for sure in narrow)
 
 
 def _ending(change: GainChange | None) -> Ending:

@@ -37,7 +37,7 @@ from edge_ident.model.model import Model
 from edge_ident.model.timing import LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import AxisLimits
-from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains
+from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains, Bank
 
 log = logging.getLogger(__name__)
 
@@ -81,6 +81,8 @@ class Rounds:
     first : IdentificationMotion
     before : MotionBefore
         The same motion, as new gains are judged by it.
+    gains_before : mapping of axis name to AxisGains
+        In force before the run.
 
     Attributes
     ----------
@@ -101,10 +103,11 @@ class Rounds:
         bandwidth_rad_s: float | None,
         first: IdentificationMotion,
         before: MotionBefore,
+        gains_before: Bank,
     ) -> None:
         self._study, self._bandwidth, self._first = study, bandwidth_rad_s, first
         self._board, self._before, self.found = study.board, before, first.found
-        self._gains_before = self._board.active_gains()
+        self._gains_before = gains_before
         self._hardware = LoopHardware.of_axes(self._board.identity, self._board.limits())
         self._count_rad = self._board.identity.encoder_resolution_rad
         self._recordings: list[Recording] = [before.capture.recording]

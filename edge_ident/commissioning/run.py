@@ -214,7 +214,7 @@ def commission(
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)
-        job = _Job(study, plan, first)
+        job = _Job(study, plan, first, gains_before)
         job.do()
         change = job.change
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
@@ -226,10 +226,12 @@ def commission(
 class _Job:
     """What a run does once its first motion is identified."""
 
-    def __init__(self, study: Study, plan: Plan, first: IdentificationMotion) -> None:
+    def __init__(
+        self, study: Study, plan: Plan, first: IdentificationMotion, gains_before: Bank
+    ) -> None:
         self.study, self.plan, self.first = study, plan, first
         before = MotionBefore.of(study.drive, plan.motion, first.capture, first.found)
-        self.rounds = Rounds(study, plan.bandwidth_rad_s, first, before)
+        self.rounds = Rounds(study, plan.bandwidth_rad_s, first, before, gains_before)
         self.separation = Separation((first,))
 
     @property

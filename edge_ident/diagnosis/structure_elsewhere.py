@@ -20,9 +20,9 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.thresholds import LARGEST_DISCREPANCY
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, n
 from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
-from edge_ident.signals.timing import REACH_S, STEPS_PER_PERIOD
+from edge_ident.signals.timing import REACH_S, STEPS_PER_PERIOD, vertex
 
 Array = NDArray[np.float64]
 
@@ -215,9 +215,8 @@ def _least_between(left: Array, best: int) -> float:
     """Where a parabola through the smallest value and those beside it is least."""
     if not 0 < best < len(left) - 1:
         return float(best)
-    before, here, after = np.square(left[best - 1 : best + 2])
-    bend = before + after - 2.0 * here
-    return best + float(0.5 * (before - after) / bend if bend > 0.0 else 0.0)
+    place, _ = vertex(np.square(left[best - 1 : best + 2]).tolist())
+    return best + place
 
 
 def _away_from_reversals(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.estimation.covariance import coloured_std
 from edge_ident.model.model import Estimate
-from edge_ident.signals.conditioning import Signals, decimated, decimation
+from edge_ident.signals.conditioning import Signals, decimated, decimation, unit_length
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.standstill import shortest_move_s
 
@@ -88,13 +88,6 @@ class Columns:
         """Condition number of the unit columns; infinite where one follows from the others."""
         singular = self.svd[1]
         return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else float(np.inf)
-
-
-def unit_length(regressor: Array) -> tuple[Array, Array]:
-    """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
-    length = np.linalg.norm(regressor, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    return regressor / length, length
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.least_squares import unit_length
+from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.decimation import LONG
 
 Array = NDArray[np.float64]

@@ -16,7 +16,6 @@ from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.experiment.columns import Key, base_columns, key, term_columns, term_effort
 from edge_ident.experiment.compared import Compared, Instruments
 from edge_ident.experiment.distance import Judge, distance
@@ -29,6 +28,7 @@ from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation
 from edge_ident.model.sources import axes_of
+from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from firmware_interface.motion import Multisine, Staircase

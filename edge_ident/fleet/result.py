@@ -260,7 +260,6 @@ class Survey(Readable):
         mapping of column name to list
             What a data frame takes.
         """
-
         return survey_table(self)
 
     def __rich__(self) -> "RenderableType":

@@ -185,13 +185,18 @@ class AxisIdentification:
         doubted = [code for code in codes if code.startswith(OF_PARAMETERS)]
         # what is no doubt about single parameters is one about all
         sure = doubted == list(codes) and "inseparable" not in doubted
-        sizes = np.abs(estimate.parameters)
-        sizes[-1] = sizes[-2]
-        narrow = NORMAL_95 * estimate.std < sizes
         return tuple(
-            bool(sure and narrow[n] and not any(code.endswith(name) for code in doubted))
-            for n, name in enumerate(PARAMETERS)
+            sure and narrow and not any(code.endswith(name) for code in doubted)
+            for narrow, name in zip(worth_acting_on(estimate), PARAMETERS, strict=True)
         )
+
+
+def worth_acting_on(estimate: Estimate) -> tuple[bool, ...]:
+    """Whether each interval says more than that a parameter is there: it does not reach zero; that
+    of the offset is smaller than the friction."""
+    sizes = np.abs(estimate.parameters)
+    sizes[-1] = sizes[-2]
+    return tuple((NORMAL_95 * estimate.std < sizes).tolist())
 
 
 def known_sentence(known: Sequence[str], unknown: Sequence[str]) -> str:

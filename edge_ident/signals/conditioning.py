@@ -297,3 +297,10 @@ def decimated(samples: int, cutoff_hz: float, period_s: float) -> NDArray[np.int
     """
     margin = min(round(1.0 / (cutoff_hz * period_s)), samples // 20)
     return np.arange(margin, samples - margin, decimation(samples, cutoff_hz, period_s))
+
+
+def unit_length(regressor: Array) -> tuple[Array, Array]:
+    """Columns (N, P) of unit length, and the lengths (P,) that they had; one for empty ones."""
+    length = np.linalg.norm(regressor, axis=0)
+    length = np.where(length > 0, length, 1.0)
+    return regressor / length, length

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import condition
+from edge_ident.signals.conditioning import condition, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, parse_name
+from edge_ident.signals.metrics import relative_residual
 
 Array = NDArray[np.float64]
 
@@ -107,7 +108,7 @@ def check_magnitude(where: str, time_s: Array, position: Array, effort: Array) -
     if lowest < 0.0 or lowest > _NEAR_ZERO * highest:
         return
     signals = condition(time_s, position, effort)
-    columns = signals.regressor / np.maximum(np.linalg.norm(signals.regressor, axis=0), _TINY)
+    columns, _ = unit_length(signals.regressor)
     as_given = _left(columns, signals.effort, np.ones(len(columns)))
     magnitude = min(
         _left_by_magnitude(columns, signals.effort, np.sign(start))
@@ -216,8 +217,7 @@ def _left_by_magnitude(columns: Array, magnitude: Array, signs: Array) -> float:
 def _left(columns: Array, effort: Array, signs: Array) -> float:
     """Residual of the base model over the rms of an effort (N,) of these signs (N,)."""
     signed = signs * effort
-    left = signed - columns @ np.linalg.lstsq(columns, signed, rcond=None)[0]
-    return float(np.linalg.norm(left) / max(float(np.linalg.norm(signed)), _TINY))
+    return relative_residual(signed, columns @ np.linalg.lstsq(columns, signed, rcond=None)[0])
 
 
 ENCODINGS: Final[Mapping[str, Callable[[Array], Array]]] = {

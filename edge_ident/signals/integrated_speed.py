@@ -6,8 +6,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.conditioning import condition
+from edge_ident.signals.conditioning import condition, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
+from edge_ident.signals.timing import vertex
 
 Array = NDArray[np.float64]
 
@@ -91,17 +92,16 @@ def _zero_of_friction(time_s: Array, speed: Array, effort: Array) -> tuple[float
     left, independent = np.empty(_TRIED), 0.0
     for i, zero in enumerate(zeros):
         signals = condition(time_s, _integral(time_s, speed - zero), effort)
-        columns = signals.regressor / np.maximum(np.linalg.norm(signals.regressor, axis=0), _TINY)
+        columns, _ = unit_length(signals.regressor)
         fitted = columns @ np.linalg.lstsq(columns, signals.effort, rcond=None)[0]
         left[i] = np.sum((signals.effort - fitted) ** 2)
         independent = 2.0 * signals.cutoff_hz * signals.period_s * len(columns)
     best, step = int(np.argmin(left)), zeros[1] - zeros[0]
     if not 0 < best < _TRIED - 1:
         return 0.0, np.inf
-    before, here, after = left[best - 1 : best + 2]
-    bend = max(before + after - 2.0 * here, _TINY)
-    zero = zeros[best] + step * 0.5 * (before - after) / bend
-    return float(zero), float(step * np.sqrt(2.0 * here / (independent * bend)))
+    place, bend = vertex(left[best - 1 : best + 2].tolist())
+    std = step * np.sqrt(2.0 * left[best] / (independent * max(bend, _TINY)))
+    return float(zeros[best] + step * place), float(std)
 
 
 def _integral(time_s: Array, speed: Array) -> Array:

@@ -109,6 +109,14 @@ def within_limits(unlimited_s: float, std_s: float, sampling_s: float) -> Shift:
     )
 
 
+def vertex(left: Sequence[float]) -> tuple[float, float]:
+    """Where a parabola through 3 evenly spaced values is least, in steps from the middle one, and
+    its bend: the second difference. It is the middle one where the parabola has no least value."""
+    lower, middle, upper = left
+    bend = lower + upper - 2.0 * middle
+    return (0.5 * (lower - upper) / bend if bend > 0.0 else 0.0), bend
+
+
 def smallest_at(left: Sequence[float], sampling_s: float) -> float:
     """The shift in s, within the limits, at which a model leaves least.
 
@@ -119,11 +127,10 @@ def smallest_at(left: Sequence[float], sampling_s: float) -> float:
         is a parabola, as long as the limit is a small part of a period.
     sampling_s : float
     """
-    lower, middle, upper = left
-    largest_s, bend = LARGEST_SHIFT * sampling_s, lower + upper - 2.0 * middle
+    largest_s, (place, bend) = LARGEST_SHIFT * sampling_s, vertex(left)
     if bend <= 0.0:
         return largest_s * (-1.0, 0.0, 1.0)[int(np.argmin(left))]
-    return float(np.clip(0.5 * (lower - upper) / bend, -1.0, 1.0)) * largest_s
+    return float(np.clip(place, -1.0, 1.0)) * largest_s
 
 
 def beyond_limit(shift: Shift, sampling_s: float) -> bool:

@@ -9,6 +9,7 @@ repeats.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -193,11 +194,15 @@ class _Account:
             unit=missed.units[1],
         )
 
-    def _part(self, k: int) -> Array:
-        """What a curve accounts for beyond the base, (n,)."""
-        effort = self.scale * self.model.effort(k)
+    @cached_property
+    def _parts(self) -> dict[int, Array]:
+        """What each curve accounts for beyond the base, (n,)."""
+        efforts = {k: self.scale * self.model.effort(k) for k in self.model.curves}
         base = self.model.products.values[:, : self.model.products.base]
-        return np.asarray(effort - base @ np.linalg.lstsq(base, effort, rcond=None)[0])
+        return {
+            k: np.asarray(effort - base @ np.linalg.lstsq(base, effort, rcond=None)[0])
+            for k, effort in efforts.items()
+        }
 
     def _groups(self) -> list[tuple[list[int], tuple[str, ...]]]:
         """Curves that stand together, and all quantities that would do for each group.
@@ -209,7 +214,7 @@ class _Account:
         for k in self.model.curves:
             groups = _joined(groups, [k], self._alike(k), self._wheres)
         while len(groups) > 1:
-            parts = [sum(self._part(k) for k in members) for members, _ in groups]
+            parts = [sum(self._parts[k] for k in members) for members, _ in groups]
             shares = [float(np.mean(part * self.missed.residual)) for part in parts]
             least = int(np.argmin(shares))
             if shares[least] >= 0.0:
@@ -225,7 +230,7 @@ class _Account:
 
     def _alike(self, k: int) -> tuple[str, ...]:
         """The quantities whose curves imitate what a curve accounts for."""
-        part, own = self._part(k), self.curves[k].kind.where
+        part, own = self._parts[k], self.curves[k].kind.where
         found = [own]
         for j, curve in enumerate(self.curves):
             where = curve.kind.where
@@ -236,9 +241,9 @@ class _Account:
     def _entry(self, group: tuple[list[int], tuple[str, ...]], whole: float) -> BudgetEntry:
         """The entry of curves that stand together."""
         members, wheres = group
-        ordered = sorted(members, key=lambda k: -float(np.mean(self._part(k) ** 2)))
+        ordered = sorted(members, key=lambda k: -float(np.mean(self._parts[k] ** 2)))
         where = self.curves[ordered[0]].kind.where
-        part = np.sum([self._part(k) for k in members], axis=0)
+        part = np.sum([self._parts[k] for k in members], axis=0)
         share, interval = self._share(part, whole)
         shown = [self._curve(k) for k in ordered if len(self.curves[k].points)]
         return BudgetEntry(
@@ -312,7 +317,7 @@ class _Account:
 
     def _rest(self, whole: float) -> Iterator[BudgetEntry]:
         """Above the band, along no curve, and noise."""
-        parts = [self._part(k) for k in self.model.curves]
+        parts = list(self._parts.values())
         left = self.missed.residual - np.sum(parts, axis=0) if parts else self.missed.residual
         share, (_, high) = self._share(left, whole)
         noise = min(self.missed.noise**2 / whole, max(share, 0.0))

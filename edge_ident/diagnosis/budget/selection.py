@@ -23,8 +23,8 @@ _NATS: Final = 6.0
 _SURE: Final = 2.0
 """Standard deviations by which the logarithm of the held-out error falls, over blocks of time."""
 _FALL: Final = 0.02
-"""Least share that a curve takes off the mean square that the base model leaves held out: what
-takes less shows in no picture."""
+"""Least share by which a curve reduces the mean square that the base model leaves held out: what
+reduces it less shows in no picture."""
 _FOLDS: Final = 5
 _TINY: Final = float(np.finfo(float).tiny)
 _COORDINATES: Final = ("position", "speed", "acceleration")
@@ -54,21 +54,20 @@ def select(
     noise : float
         Mean square that noise alone leaves of the signal: less is not divided among curves.
     """
-    base = model = fitted(products, ())
+    model = fitted(products, ())
     errors = _squares(model)
-    whole = float(np.sum(errors[0]))
-    while _left(model) > STRUCTURE.value**2 * noise:
+    least, least_held_out = _FALL * _left(model), _FALL * float(np.sum(errors[0]))
+    while (left := _left(model)) > STRUCTURE.value**2 * noise:
         best: tuple[Fit, list[Array]] | None = None
         for k, curve in enumerate(curves):
             if k in model.curves:
                 continue
             tried = fitted(products, (*model.curves, k), model)
             gain = tried.likelihood - model.likelihood
-            if gain < _NATS or _left(model) - _left(tried) < _FALL * _left(base):
+            if gain < _NATS or left - _left(tried) < least:
                 continue
             found = _squares(tried)
-            least = _FALL * whole
-            if not _agrees(errors, found, curve, block, least):
+            if not _agrees(errors, found, curve, block, least_held_out):
                 continue
             if best is None or np.sum(found[0]) < np.sum(best[1][0]):
                 best = tried, found

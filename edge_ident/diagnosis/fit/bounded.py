@@ -7,7 +7,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from edge_ident.estimation.least_squares import unit_length
+from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
 

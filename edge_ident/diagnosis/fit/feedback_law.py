@@ -16,7 +16,7 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.estimation.least_squares import unit_length
+from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.motion_lines import strongest_line
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.projection import Orthogonal, bounds_of
-from edge_ident.estimation.least_squares import unit_length
+from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
 Grid = Mapping[str, Array]

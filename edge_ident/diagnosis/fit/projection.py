@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
+from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
 

@@ -26,9 +26,9 @@ from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.metrics import rms
 
 

@@ -16,10 +16,10 @@ from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.covariance import coloured_std
-from edge_ident.estimation.least_squares import unit_length
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import ChangesWith
+from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
