@@ -220,9 +220,9 @@ def test_the_reference_prints_every_threshold_as_it_is() -> None:
 
 
 def table_of_thresholds() -> str:
-    rows = [("threshold", "value", "what it decides", "reason", "support"), ("---",) * 5]
+    rows = [("threshold", "value", "what it decides", "reason"), ("---",) * 4]
     rows += [
-        (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason, t.support)
+        (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason)
         for name, t in thresholds().items()
     ]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
