@@ -4,6 +4,7 @@ Run `python -m firmware_interface.generate`; with `--check` nothing is written, 
 code is 1 when a file is out of date.
 """
 
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
@@ -16,6 +17,7 @@ from firmware_interface.register_map import Enumeration, RegisterMap, load_map
 _PACKAGE: Final = Path(__file__).parent
 _FIRST_MAP: Final = 3
 """Oldest map that a host still drives a board of."""
+_BANKS: Final = ("gain_maximum", "active", "shadow")
 _NOTE: Final = "Generated from registers.toml by firmware_interface/generate.py; do not edit."
 _C_TYPES: Final = {
     "u16": "uint16_t",
@@ -236,18 +238,29 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
     yield f"<!-- {_NOTE} -->"
     yield (
         f"Map version {source.version}, CRC-32 `{source.crc:#010x}`. Modbus holding registers, "
-        "device 1; 32-bit values have the high word first; value = raw × scale."
+        "device 1; 32-bit values have the high word first; value = raw × scale, a scale of 1 where "
+        f"none is given. Where two addresses stand, they are those of {' and '.join(source.axes)}."
     )
     yield ""
-    yield "| address | name | type | scale | unit | access | range | what it is |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
-    for r in source.registers:
-        kind = r.type if r.count == 1 else f"{r.type}[{r.count}]"
-        limits = "" if r.minimum is None else f"{r.minimum:g} … {r.maximum:g}"
-        since = f" Since map {r.since}." if r.since > _FIRST_MAP else ""
+    yield "| address | name | type | unit | access, range | what it is |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    gains, others = _rows_of(source)
+    for same in others:
+        name = same[0].name.replace(f".{source.axes[0]}.", "._axis_.")
         yield (
-            f"| `{r.address:#06x}` | {r.name} | {kind} | {r.scale:g} | {r.unit} | {r.access} "
-            f"| {limits} | {r.description}{since} |"
+            f"| {_addresses(same)} | {name} | {_kind(same[0])} | {same[0].unit} "
+            f"| {same[0].access}{_limits(same[0])} | {_what(same[0])} |"
+        )
+    yield from ("", "## Gains", "")
+    yield f"Each bank holds these for {' and '.join(source.axes)}. A host writes the shadow bank."
+    yield ""
+    yield f"| gain | {' | '.join(_BANKS)} | type | unit | what it is |"
+    yield f"| --- |{' --- |' * len(_BANKS)} --- | --- | --- |"
+    for same in gains:
+        banks = [[r for r in same if r.name.startswith(f"{bank}.")] for bank in _BANKS]
+        yield (
+            f"| {same[0].name.split('.')[-1]} | {' | '.join(map(_addresses, banks))} "
+            f"| {_kind(same[0])} | {same[0].unit} | {_what(same[0])} |"
         )
     yield ""
     yield "## Capture pages"
@@ -259,17 +272,52 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
         "following error (i16, encoder counts, saturating)."
     )
     for enum in source.enums:
-        yield ""
-        yield f"## {enum.name}"
-        yield enum.description
-        yield ""
-        yield "| code | name | meaning | next step |"
-        yield "| --- | --- | --- | --- |"
-        for code in enum.codes:
-            since = f" (since map {code.since})" if code.since > _FIRST_MAP else ""
-            yield (
-                f"| {code.value} | {code.name} | {code.meaning}{since} | {code.next_step or ''} |"
-            )
+        yield from _markdown_codes(enum)
+
+
+def _rows_of(source: RegisterMap) -> tuple[list[list[Register]], list[list[Register]]]:
+    """Registers that one row describes: those of the gain banks, and all others."""
+    axis = re.compile(rf"\.({'|'.join(source.axes)})\.")
+    rows: dict[tuple[str, str], list[Register]] = {}
+    for register in source.registers:
+        name = axis.sub(".axis.", register.name)
+        bank = name.partition(".axis.")[0]
+        name = name.replace(bank, "bank") if bank in _BANKS and bank != name else name
+        rows.setdefault((name, register.description), []).append(register)
+    gains = [row for (name, _), row in rows.items() if name.startswith("bank.")]
+    return gains, [row for row in rows.values() if row not in gains]
+
+
+def _addresses(registers: list[Register]) -> str:
+    return ", ".join(f"`{r.address:#06x}`" for r in registers)
+
+
+def _kind(r: Register) -> str:
+    kind = r.type if r.count == 1 else f"{r.type}[{r.count}]"
+    return kind if r.scale == 1 else f"{kind} × {r.scale:g}"
+
+
+def _limits(r: Register) -> str:
+    return "" if r.minimum is None else f", {r.minimum:g} to {r.maximum:g}"
+
+
+def _what(r: Register) -> str:
+    return r.description + (f" Since map {r.since}." if r.since > _FIRST_MAP else "")
+
+
+def _markdown_codes(enum: Enumeration) -> Iterator[str]:
+    """Codes with their meaning; what to do next is in the messages of the host."""
+    versions = {code.since for code in enum.codes}
+    one = len(versions) == 1 and min(versions) > _FIRST_MAP
+    yield ""
+    yield f"## {enum.name}"
+    yield enum.description + (f" Since map {min(versions)}." if one else "")
+    yield ""
+    yield "| code | name | meaning |"
+    yield "| --- | --- | --- |"
+    for code in enum.codes:
+        since = f" (since map {code.since})" if code.since > _FIRST_MAP and not one else ""
+        yield f"| {code.value} | {code.name} | {code.meaning}{since} |"
 
 
 if __name__ == "__main__":

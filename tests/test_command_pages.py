@@ -1,5 +1,6 @@
 """docs/commands.md says what the commands declare."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -33,18 +34,25 @@ def test_check_tells_an_old_page_and_leaves_it(
     "name", [name for name in commands() if name not in ("", "gains", "config")]
 )
 def test_every_option_of_a_command_is_there(name: str) -> None:
-    everywhere = (
-        command_pages.render().split("\n## Options of every command\n")[1].split("\n## ")[0]
-    )
+    shared = command_pages.render().split("\n## edge-ident ")[0]
     text = section(name)
     for option in commands()[name] - {"--help"}:
-        if option.startswith("-"):
-            assert f"`{option}" in text + everywhere, option
+        if option.startswith("--"):
+            row = re.compile(rf"^\| .*`{option}[ `]", re.MULTILINE)
+            assert row.search(text) or row.search(shared), option
 
 
-def test_a_choice_a_default_and_a_variable_stand_in_their_columns() -> None:
-    row = "| `--format html\\|markdown` | {} | `html` | `EDGE_IDENT_FORMAT` |"
+def test_a_choice_a_default_and_a_variable_stand_in_a_row() -> None:
+    row = "| `--format html\\|markdown` * | {} Default: `html`. |"
     meaning = "Format of the page in the folder: one HTML file, or Markdown with pictures."
     assert row.format(meaning) in section("diagnose")
     assert "| `--stability`, `--no-stability` |" in section("diagnose")
     assert "```\nedge-ident identify recording.csv --column" in section("identify")
+
+
+def test_what_several_commands_have_is_explained_once() -> None:
+    page = command_pages.render()
+    for option in ("--device DEVICE` * | Board: a", "--column NAME", "--hide NAME", "--json`"):
+        assert page.count(f"| `{option}") == 1, option
+    assert "the [options for reading a recording](#options-for-" in section("identify")
+    assert "Also `--device`" in section("home").replace("`--baud-rate`, `--output`, ", "")
