@@ -133,7 +133,11 @@ def analyse_recording(recording: Recording, options: Options) -> dict[str, Surve
 def _axis(axis: AxisIdentification) -> SurveyedAxis:
     diagnosis = axis.diagnosis
     verdict = diagnosis.verdict.value if diagnosis else None
-    estimate = zip(axis.estimate.parameters, axis.estimate.std, axis.units, strict=True)
+    if axis.adequacy.adequate:
+        verdict = "adequate"
+    # friction as a line: of one kind in all units, whichever of its parts each model names
+    best = axis.effective
+    estimate = zip(best.parameters, best.std, axis.units, strict=True)
     return SurveyedAxis(
         parameters={
             name: Value(float(value), finite(float(std)), unit)
@@ -141,7 +145,7 @@ def _axis(axis: AxisIdentification) -> SurveyedAxis:
         },
         source=axis.source.value,
         trusted=axis.trusted,
-        verdict="adequate" if axis.adequacy.adequate else verdict,
+        verdict=verdict if axis.consistent else None,
         relative_residual=axis.metric.relative_residual,
         causes=_causes(diagnosis) if diagnosis else (),
         not_testable=tuple(e.effect for e in diagnosis.not_testable) if diagnosis else (),

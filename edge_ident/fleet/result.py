@@ -57,12 +57,14 @@ class SurveyedAxis:
     Attributes
     ----------
     parameters : mapping of name to Value
-        Deviations include the model error.
+        Friction is the line through the friction curve, `effective` of `identify --json`;
+        deviations include the model error.
     source : str
         Which estimate they are: `parameters_from` of `identify --json`.
     trusted : bool
     verdict : {"adequate", "explained", "unexplained"} or None
-        None where the base model is not adequate and there was no diagnosis.
+        None where the base model is not adequate and there was no diagnosis, and where the data
+        contradict themselves, as with a wrong sign of the effort.
     relative_residual : float
     causes : tuple of SurveyedCause
         Supported ones first.

@@ -181,12 +181,11 @@ def _overview(survey: Survey) -> FittingTable:
         right = heading in ("inertia", "viscous", "Coulomb", "offset")
         table.add_column(heading, justify="right" if right else "left")
     for recording, name, axis in by_interest(survey):
-        causes = causes_words(axis, "supported") if axis.trusted else ""
         table.add_row(
             escape(recording.unit),
             escape(name),
             *(with_std(of.value, of.std) for of in axis.parameters.values()),
-            causes or verdict_words(axis),
+            causes_words(axis, "supported") or verdict_words(axis),
             _remark(survey, recording.unit, name, trusted=axis.trusted),
         )
     return table

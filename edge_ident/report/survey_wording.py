@@ -108,7 +108,9 @@ def conclusion(survey: Survey) -> str:
 
 
 def causes_words(axis: SurveyedAxis, kind: str) -> str:
-    """Causes of a kind with their shares."""
+    """Causes of a kind with their shares; nothing of an axis that is not trusted."""
+    if not axis.trusted:
+        return ""
     return ", ".join(
         f"{cause.effect.replace('_', ' ')} {100 * cause.share:.2g} %"
         for cause in axis.causes
@@ -117,10 +119,9 @@ def causes_words(axis: SurveyedAxis, kind: str) -> str:
 
 
 def verdict_words(axis: SurveyedAxis) -> str:
-    """The verdict on an axis; none where something forbids one, as a wrong sign of the effort."""
-    if axis.trusted or axis.verdict == "unexplained":
-        return axis.verdict or "not diagnosed"
-    return f"none: {next(iter(axis.warnings), 'not trusted')}"
+    """The verdict on an axis, or why there is none."""
+    why = "not diagnosed" if axis.trusted else f"none: {next(iter(axis.warnings), 'not trusted')}"
+    return axis.verdict or why
 
 
 def by_interest(survey: Survey) -> list[tuple[SurveyedRecording, str, SurveyedAxis]]:

@@ -56,7 +56,7 @@ def test_the_parameters_are_those_of_identify(
     alone = edge_ident.identify(edge_ident.load_recording(fleet / "unit-03.npz")).axes["x"]
     inside = found.recordings[3].axes["x"]
     assert [value.value for value in inside.parameters.values()] == pytest.approx(
-        alone.estimate.parameters, rel=1e-9
+        alone.effective.parameters, rel=1e-9
     )
     assert inside.trusted == alone.trusted
 

@@ -129,7 +129,7 @@ def test_a_sound_verdict_and_a_sign_error_are_never_one_row(tmp_path: Path) -> N
     first, *others = found.recordings
     wrong = {"effort_sign": ("the effort has the wrong sign", "multiply it by -1")}
     axes = {
-        name: replace(axis, trusted=False, verdict="adequate", warnings=wrong)
+        name: replace(axis, trusted=False, verdict=None, warnings=wrong)
         for name, axis in first.axes.items()
     }
     doubtful = replace(found, recordings=(replace(first, axes=axes), *others))
