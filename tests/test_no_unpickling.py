@@ -31,6 +31,8 @@ def test_no_source_unpickles() -> None:
             elif isinstance(node, ast.Call):
                 if ast.unparse(node) == "exec('')":
                     continue  # code that says nothing (`edge_ident.support.interrupts`)
+                if ast.unparse(node) == "exec(own_code, vars(module))":
+                    continue  # the caller's own program, as far as it registers effects
                 called = ast.unparse(node.func)
                 assert called not in ("eval", "exec"), path
                 if called in SAFE:

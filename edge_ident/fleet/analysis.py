@@ -4,16 +4,20 @@ What goes in and what comes out are JSON documents, so that a worker may be anot
 another computer, and a result that is kept is what came back.
 """
 
+import ast
 import math
+import sys
 import tempfile
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import Any, Final
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
-from edge_ident.errors import EdgeIdentError
+from edge_ident.errors import EdgeIdentError, ModelError
 from edge_ident.fleet.result import (
     Failed,
     Kind,
@@ -23,7 +27,7 @@ from edge_ident.fleet.result import (
 )
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
-from edge_ident.model.effects import named
+from edge_ident.model.effects import named, registered
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import model_document, values_document
 from edge_ident.model.model_reading import model_of
@@ -51,15 +55,112 @@ class Options:
     diagnose: bool
 
     def document(self) -> dict[str, Any]:
-        """The options as JSON."""
+        """The options as JSON.
+
+        Raises
+        ------
+        ModelError
+            An effect was registered where no other process can load it from.
+        """
         model = None if self.model is None else model_document(self.model)
-        return {"read": asdict(self.read), "model": model, "diagnose": self.diagnose}
+        return {
+            "read": asdict(self.read),
+            "model": model,
+            "diagnose": self.diagnose,
+            "effects": effect_files(),
+        }
 
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> "Options":
-        """The options from JSON."""
+        """The options from JSON; effects that the caller registered are registered here, too."""
+        load_effects(document["effects"])
         model = None if document["model"] is None else model_of(document["model"], "the model")
         return cls(ReadOptions(**document["read"]), model, document["diagnose"])
+
+
+# Effects of a user's own are objects of a program; another process gets them by carrying out the
+# file that registers them. It stops there: what follows, such as the survey itself, is the
+# program's own.
+
+_loaded: Final[dict[str, str]] = {}
+"""Files that were carried out here, with their content."""
+_loading: Final = threading.Lock()
+"""A worker of a cluster may have several threads."""
+
+
+def effect_files() -> list[dict[str, Any]]:
+    """Files that registered effects, with what each registered and its content.
+
+    Raises
+    ------
+    ModelError
+        One was registered at a prompt or in a notebook.
+    """
+    names: dict[str, list[str]] = {}
+    for name, (_, file) in registered().items():
+        if not Path(file).is_file():
+            raise ModelError(
+                f"effect {name} was registered at a prompt or in a notebook, from where the "
+                "processes of a survey cannot load it",
+                "write its class and register_effect into a file, own_effects.py, and "
+                "import own_effects in its place",
+            )
+        names.setdefault(str(Path(file).resolve()), []).append(name)
+    return [
+        {"file": file, "names": sorted(of), "source": Path(file).read_text("utf-8")}
+        for file, of in names.items()
+    ]
+
+
+def load_effects(files: Sequence[Mapping[str, Any]]) -> None:
+    """Register here what files of another process register.
+
+    Parameters
+    ----------
+    files : sequence of mapping
+        Of `effect_files`.
+
+    Raises
+    ------
+    ModelError
+        A file does not register here what it registered there.
+    """
+    with _loading:
+        for one in files:
+            known = set(one["names"]) <= set(registered())
+            if not known or _loaded.get(one["file"], one["source"]) != one["source"]:
+                _carry_out(one["file"], one["source"], one["names"])
+                _loaded[one["file"]] = one["source"]
+
+
+def _carry_out(file: str, source: str, names: Sequence[str]) -> None:
+    def missing() -> list[str]:
+        now = registered()
+        return [name for name in names if now.get(name) is before.get(name)]
+
+    before = registered()
+    module = ModuleType(f"own_effects_of_{Path(file).stem}")
+    module.__file__ = file
+    sys.modules[module.__name__] = module  # dataclasses look their module up
+    sys.path.append(str(Path(file).parent))  # what lies beside it, as where it is the program
+    try:
+        body = ast.parse(source, file).body
+        future = [s for s in body if isinstance(s, ast.ImportFrom) and s.module == "__future__"]
+        for statement in body:
+            part = ast.Module([*future, statement], [])
+            own_code = compile(part, file, "exec", dont_inherit=True)
+            exec(own_code, vars(module))  # of the person who runs the survey; no recording has any
+            if not missing():
+                return
+    except (Exception, SystemExit) as error:
+        why = f"{type(error).__name__}: {error}"
+    else:
+        why = f"nothing outside of functions and of __main__ registers {', '.join(missing())}"
+    raise ModelError(
+        f"a process of the survey cannot load the effects of {file}: {why}",
+        "write the classes and register_effect into a file of their own, own_effects.py, and "
+        "import own_effects in its place",
+    )
 
 
 def analyse_content(name: str, content: bytes, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ own, from any file, join them by `register_effect` for as long as the program ru
 
 import importlib
 import pkgutil
+import sys
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
@@ -29,6 +30,8 @@ _UNCATALOGUED: Final = {effect.name: effect for effect in (RIGID_BODY, EXTERNAL_
 
 
 _registered: dict[str, Effect] = {}
+_file_of: dict[str, str] = {}
+"""Where each was registered."""
 
 
 @cache
@@ -55,8 +58,9 @@ def register_effect(effect: Effect) -> str:
 
     It needs its physics and how it is searched for. What it means to a person, what gains do about
     it and values for training can be left out; whoever needs them is told that they are not there.
-    An effect of the same name that was registered before is replaced. Only this program knows it:
-    not the commands, and not the processes of `survey`.
+    An effect of the same name that was registered before is replaced. Only this program knows it,
+    and not the commands. The processes of `survey` learn it from the file that calls this: they
+    carry out that file as far as the call.
 
     Parameters
     ----------
@@ -95,8 +99,14 @@ def register_effect(effect: Effect) -> str:
             f"there is an effect {found.name} already", "give the class of yours another name"
         )
     _registered[found.name] = _completed(found)
+    _file_of[found.name] = sys._getframe(1).f_code.co_filename
     catalogue.cache_clear()
     return found.name
+
+
+def registered() -> Mapping[str, tuple[Effect, str]]:
+    """Effects that were registered by name, each with the file that did it."""
+    return {name: (effect, _file_of[name]) for name, effect in _registered.items()}
 
 
 def _completed(effect: Effect) -> Effect:
