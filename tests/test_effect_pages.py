@@ -35,8 +35,9 @@ def test_every_effect_has_its_physics_parameters_alternatives_and_motion(name: s
     text, effect = section(name), catalogue()[name]
     assert "Source:" in text
     for parameter in effect.parameters:
-        assert f"| `{parameter.name}` | {parameter.description} |" in text
-    assert effect.search.signature in text
+        mark = "" if parameter.name in effect.search.linear else " *"
+        assert f"| `{parameter.name}`{mark} | {parameter.description} |" in text
+    assert f"| [{name}](#{name}) | {effect.search.signature} |" in effect_pages.render()
     assert effect.search.experiment in text
     for other in effect.search.alternatives:
         assert f"[{other}](#{other})" in text
@@ -45,10 +46,10 @@ def test_every_effect_has_its_physics_parameters_alternatives_and_motion(name: s
 
 def test_units_and_ranges_are_those_of_a_rotary_axis() -> None:
     assert BACKLASH.parameters[0].name == "gap"
-    assert "| rad | 0 or more | nonlinear |" in section("backlash")
-    assert "| kg·m^2 | above 0 | linear |" in section("backlash")
-    assert "| N·m·s/rad | any | linear |" in section("asymmetric_friction")
-    assert "| s | -1 to 1 | linear |" in section("time_delay")
+    assert "`gap` * | free travel between the contacts | rad | ≥ 0 |" in section("backlash")
+    assert "| kg·m^2 | > 0 |" in section("backlash")
+    assert "| N·m·s/rad | any |" in section("asymmetric_friction")
+    assert "| s | -1 to 1 |" in section("time_delay")
 
 
 def test_another_argument_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

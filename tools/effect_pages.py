@@ -24,14 +24,9 @@ _INTRODUCTION: Final = """\
 # The catalogue of effects
 
 The base model of an axis is effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) +
-offset. Each effect below adds to it. Each effect is one file under `edge_ident/model/effects`, and
-this page is made from these files.
-
-The position x, the velocity v, the acceleration a and the effort are those of the axis. Units are
-those of an axis in rad and N·m. `edge-ident diagnose` finds an effect's parameters in two ways:
-
-- The effort is proportional, or nearly so, to a *linear* parameter. Least squares fits it.
-- A *nonlinear* parameter is found by a search over a grid.
+offset. Each effect adds to it, and is one file under `edge_ident/model/effects`. The position x, the
+velocity v, the acceleration a and the effort are those of the axis; units are those of an axis in
+rad and N·m. A parameter marked * is nonlinear: the diagnosis searches it over a grid.
 """
 
 
@@ -46,7 +41,7 @@ def render() -> str:
 
 
 def _overview() -> Iterator[str]:
-    yield "| effect | signature |"
+    yield "| effect | how it shows |"
     yield "| --- | --- |"
     for name, effect in catalogue().items():
         yield f"| {_link(name)} | {effect.search.signature} |"
@@ -60,29 +55,23 @@ def _sections() -> Iterator[str]:
         yield ""
         yield f"**{title}**"
         yield ""
-        yield f"In everyday words: {effect.advice.in_words}."
-        yield ""
         yield physics.strip().replace("\nSource:", "\n\nSource:")
         yield ""
         yield from _parameters(effect)
-        yield f"- Signature: {effect.search.signature}."
-        if effect.search.largest:
-            yield f"- Largest on a machine: {'; '.join(map(str, effect.search.largest))}."
         yield f"- Looks like: {', '.join(map(_link, effect.search.alternatives))}."
         yield f"- Motion that shows it: {effect.search.experiment}."
-        yield f"- Part of the machine: {effect.advice.part}."
-        yield f"- What to do: {effect.advice.action}"
-        yield f"- Controller gains: {_compensation(effect)}."
+        yield f"- Where to look: {effect.advice.part}. {effect.advice.action}"
+        yield f"- Gains: {_compensation(effect)}."
         yield ""
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
-    yield "| parameter | meaning | unit | range | diagnosis |"
-    yield "| --- | --- | --- | --- | --- |"
+    yield "| parameter | meaning | unit | range |"
+    yield "| --- | --- | --- | --- |"
     for parameter in effect.parameters:
         unit = unit_of(parameter, "rad", "N*m").replace("*", "·")
-        found = "linear" if parameter.name in effect.search.linear else "nonlinear"
-        cells = (f"`{parameter.name}`", parameter.description, unit, _range(parameter), found)
+        mark = "" if parameter.name in effect.search.linear else " *"
+        cells = (f"`{parameter.name}`{mark}", parameter.description, unit, _range(parameter))
         yield f"| {' | '.join(cells)} |"
     yield ""
 
@@ -93,9 +82,9 @@ def _compensation(effect: Effect) -> str:
     if compensation.feedforward:
         used.append("feed-forward of " + ", ".join(f"`{p}`" for p in compensation.feedforward))
     if compensation.over == "speed":
-        used.append("a curve over speed, each way, sampled from the effect where it was supported")
+        used.append("a curve over speed, each way, as far as it was seen")
     if compensation.over == "position":
-        used.append("a table over position, sampled from the effect where it was supported")
+        used.append("a table over position, as far as it was seen")
     if compensation.resonance or compensation.series_resonance:
         used.append("the margins bear its resonance")
     if compensation.loop_delay:
@@ -114,7 +103,7 @@ def _range(parameter: Parameter) -> str:
     if low <= -_UNBOUNDED and high >= _UNBOUNDED:
         return "any"
     if high >= _UNBOUNDED:
-        return "above 0" if 0.0 < low <= _TINY else f"{low:g} or more"
+        return "> 0" if 0.0 < low <= _TINY else f"≥ {low:g}"
     return f"{low:g} to {high:g}"
 
 
