@@ -24,9 +24,9 @@ _INTRODUCTION: Final = """\
 # The catalogue of effects
 
 The base model of an axis is effort = inertia·a + viscous_friction·v + coulomb_friction·sign(v) +
-offset. Each effect adds to it, and is one file under `edge_ident/model/effects`. The position x, the
-velocity v, the acceleration a and the effort are those of the axis; units are those of an axis in
-rad and N·m. A parameter marked * is nonlinear: the diagnosis searches it over a grid.
+offset. Each effect adds to it, and is one file under `edge_ident/model/effects`. The position x,
+the velocity v, the acceleration a and the effort are those of the axis, in units of rad and N·m. A
+parameter marked * is nonlinear: the diagnosis searches it over a grid.
 """
 
 
