@@ -251,17 +251,7 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
             f"| {_addresses(same)} | {name} | {_kind(same[0])} | {same[0].unit} "
             f"| {same[0].access}{_limits(same[0])} | {_what(same[0])} |"
         )
-    yield from ("", "## Gains", "")
-    yield f"Each bank holds these for {' and '.join(source.axes)}. A host writes the shadow bank."
-    yield ""
-    yield f"| gain | {' | '.join(_BANKS)} | type | unit | what it is |"
-    yield f"| --- |{' --- |' * len(_BANKS)} --- | --- | --- |"
-    for same in gains:
-        banks = [[r for r in same if r.name.startswith(f"{bank}.")] for bank in _BANKS]
-        yield (
-            f"| {same[0].name.split('.')[-1]} | {' | '.join(map(_addresses, banks))} "
-            f"| {_kind(same[0])} | {same[0].unit} | {_what(same[0])} |"
-        )
+    yield from _markdown_gains(source, gains)
     yield ""
     yield "## Capture pages"
     yield (
@@ -273,6 +263,20 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
     )
     for enum in source.enums:
         yield from _markdown_codes(enum)
+
+
+def _markdown_gains(source: RegisterMap, gains: list[list[Register]]) -> Iterator[str]:
+    yield from ("", "## Gains", "")
+    yield f"Each bank holds these for {' and '.join(source.axes)}. A host writes the shadow bank."
+    yield ""
+    yield f"| gain | {' | '.join(_BANKS)} | type | unit | what it is |"
+    yield f"| --- |{' --- |' * len(_BANKS)} --- | --- | --- |"
+    for same in gains:
+        banks = [[r for r in same if r.name.startswith(f"{bank}.")] for bank in _BANKS]
+        yield (
+            f"| {same[0].name.split('.')[-1]} | {' | '.join(map(_addresses, banks))} "
+            f"| {_kind(same[0])} | {same[0].unit} | {_what(same[0])} |"
+        )
 
 
 def _rows_of(source: RegisterMap) -> tuple[list[list[Register]], list[list[Register]]]:
