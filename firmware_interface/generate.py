@@ -239,7 +239,8 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
     yield (
         f"Map version {source.version}, CRC-32 `{source.crc:#010x}`. Modbus holding registers, "
         "device 1; 32-bit values have the high word first; value = raw × scale, a scale of 1 where "
-        f"none is given. Where two addresses stand, they are those of {' and '.join(source.axes)}."
+        f"none is given. Where two addresses stand, they are those of {' and '.join(source.axes)}. "
+        "A number in brackets is the map that brought a register."
     )
     yield ""
     yield "| address | name | type | unit | access, range | what it is |"
@@ -248,8 +249,8 @@ def _markdown(source: RegisterMap) -> Iterator[str]:
     for same in others:
         name = same[0].name.replace(f".{source.axes[0]}.", "._axis_.")
         yield (
-            f"| {_addresses(same)} | {name} | {_kind(same[0])} | {same[0].unit} "
-            f"| {same[0].access}{_limits(same[0])} | {_what(same[0])} |"
+            f"| {_addresses(same)} | {name}{_since(same[0])} | {_kind(same[0])} | {same[0].unit} "
+            f"| {same[0].access}{_limits(same[0])} | {same[0].description} |"
         )
     yield from _markdown_gains(source, gains)
     yield ""
@@ -273,9 +274,10 @@ def _markdown_gains(source: RegisterMap, gains: list[list[Register]]) -> Iterato
     yield f"| --- |{' --- |' * len(_BANKS)} --- | --- | --- |"
     for same in gains:
         banks = [[r for r in same if r.name.startswith(f"{bank}.")] for bank in _BANKS]
+        first, where = same[0], " | ".join(map(_addresses, banks))
         yield (
-            f"| {same[0].name.split('.')[-1]} | {' | '.join(map(_addresses, banks))} "
-            f"| {_kind(same[0])} | {same[0].unit} | {_what(same[0])} |"
+            f"| {first.name.split('.')[-1]}{_since(first)} | {where} "
+            f"| {_kind(first)} | {first.unit} | {first.description} |"
         )
 
 
@@ -302,11 +304,15 @@ def _kind(r: Register) -> str:
 
 
 def _limits(r: Register) -> str:
-    return "" if r.minimum is None else f", {r.minimum:g} to {r.maximum:g}"
+    if r.minimum is None or r.maximum is None:
+        return ""
+    if r.minimum == -r.maximum:
+        return f", ±{r.maximum:g}"
+    return f", {r.minimum:g} to {r.maximum:g}"
 
 
-def _what(r: Register) -> str:
-    return r.description + (f" Since map {r.since}." if r.since > _FIRST_MAP else "")
+def _since(r: Register) -> str:
+    return f" ({r.since})" if r.since > _FIRST_MAP else ""
 
 
 def _markdown_codes(enum: Enumeration) -> Iterator[str]:

@@ -46,10 +46,10 @@ def test_every_effect_has_its_physics_parameters_alternatives_and_motion(name: s
 
 def test_units_and_ranges_are_those_of_a_rotary_axis() -> None:
     assert BACKLASH.parameters[0].name == "gap"
-    assert "`gap` * | free travel between the contacts | rad | ≥ 0 |" in section("backlash")
-    assert "| kg·m^2 | > 0 |" in section("backlash")
-    assert "| N·m·s/rad | any |" in section("asymmetric_friction")
-    assert "| s | -1 to 1 |" in section("time_delay")
+    assert "`gap` * | free travel between the contacts | rad, ≥ 0 |" in section("backlash")
+    assert "| kg·m^2, > 0 |" in section("backlash")
+    assert "| N·m·s/rad |" in section("asymmetric_friction")
+    assert "| s, -1 to 1 |" in section("time_delay")
 
 
 def test_another_argument_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

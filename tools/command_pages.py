@@ -23,7 +23,7 @@ _INTRODUCTION: Final = """\
 `--help` behind a command prints the same. Values come from the command line, then from the
 environment where an option is marked *: `EDGE_IDENT_` and its name in capitals, such as
 `EDGE_IDENT_BAUD_RATE`. The [settings file](files.md#settings) comes after it. [Exit
-codes](files.md#exit-codes) are the same for all commands.
+codes](files.md#exit-codes) are the same for all commands. Every command prints its result.
 """
 _OFTEN: Final = 3
 """An option of so many commands is explained once."""
@@ -32,6 +32,11 @@ _SEVERAL: Final = "Options of several commands"
 _READING: Final = "Options for reading a recording"
 _VIRTUAL: Final = "Options of the virtual drive"
 _CHOICES: Final = re.compile(r"[\w-]+(?:\|[\w-]+)+")
+_WRITTEN: Final = re.compile(
+    r"The [\w ]+ (?:is|are)\s+printed; with\s+--output\s+(?:it\s+is|they\s+are)\s+also\s+"
+    r"written\s+to\s+([\w.]+?)(\s+in\s+that\s+folder)?\."
+)
+"""What most commands say of their result."""
 _EXAMPLE: Final = re.compile(r"\x08?\nExample:\n +(.+)")
 
 
@@ -104,7 +109,7 @@ def _first(rows: list[str], option: str) -> str:
 def _section(
     name: str, command: Any, rows: list[str], shared: dict[str, list[str]]
 ) -> Iterator[str]:
-    text = _EXAMPLE.sub("", command.help).strip()
+    text = _WRITTEN.sub(r"--output writes \1.", _EXAMPLE.sub("", command.help).strip())
     yield f"## edge-ident {name}"
     yield ""
     yield _marked(text)

@@ -66,13 +66,13 @@ def _sections() -> Iterator[str]:
 
 
 def _parameters(effect: Effect) -> Iterator[str]:
-    yield "| parameter | meaning | unit | range |"
-    yield "| --- | --- | --- | --- |"
+    yield "| parameter | meaning | unit, range |"
+    yield "| --- | --- | --- |"
     for parameter in effect.parameters:
         unit = unit_of(parameter, "rad", "N*m").replace("*", "·")
         mark = "" if parameter.name in effect.search.linear else " *"
-        cells = (f"`{parameter.name}`{mark}", parameter.description, unit, _range(parameter))
-        yield f"| {' | '.join(cells)} |"
+        measure = ", ".join(filter(None, (unit, _range(parameter))))
+        yield f"| `{parameter.name}`{mark} | {parameter.description} | {measure} |"
     yield ""
 
 
@@ -101,7 +101,7 @@ def _compensation(effect: Effect) -> str:
 def _range(parameter: Parameter) -> str:
     low, high = parameter.low, parameter.high
     if low <= -_UNBOUNDED and high >= _UNBOUNDED:
-        return "any"
+        return ""
     if high >= _UNBOUNDED:
         return "> 0" if 0.0 < low <= _TINY else f"≥ {low:g}"
     return f"{low:g} to {high:g}"

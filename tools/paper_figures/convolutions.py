@@ -219,14 +219,12 @@ def section(sources: Sources) -> Section:
         f"brackets as ratios to {REFERENCE}. In plain sums the layers take {millions} million "
         f"multiplications. All methods agree to {worst:.0e} of the largest output.\n\n"
         f"{table(heading, rows)}\n\n{picture}",
-        "The paper's times and methods are not available. These are the usual methods. Their "
-        "ratios hold better than the times, which depend on what else a machine does. What FFT "
-        "saves in multiplications it spends on the transforms of the maps. What im2col spends on "
-        "copying windows, its matrix product regains. The last row is open to this network alone. "
-        "Its image is an outer product, so its first layer is two small matrix products of the "
-        f"image's factors, {first[REFERENCE].time_s / first['rank one'].time_s:.1f} times faster "
-        f"than {REFERENCE} and {first['onnxruntime'].time_s / first['rank one'].time_s:.1f} times "
-        "faster than onnxruntime. Training uses it.",
+        "The paper's times and methods are not available. Ratios hold better than times. The last "
+        "row is open to this network alone: its image is an outer product, so its first layer is "
+        "two small matrix products, "
+        f"{first[REFERENCE].time_s / first['rank one'].time_s:.1f} times faster than {REFERENCE} "
+        f"and {first['onnxruntime'].time_s / first['rank one'].time_s:.1f} times faster than "
+        "onnxruntime.",
     )
 
 

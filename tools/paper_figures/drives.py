@@ -155,16 +155,11 @@ def _differences(cases: list[Case]) -> str:
     passed = np.mean([guesses_that_pass(case) for case in cases], axis=0)
     return (
         "The paper does not print its drives. These are flexible simulations of two axes in "
-        "closed loop, with an encoder of 8400 counts and 2 % effort noise. They share no formula "
-        "with the network's training. An identification is one axis. The paper's loop begins with "
-        "random parameters. That of the built-in network begins with one guess and reads from "
-        "what the guess leaves of the effort. The paper's metric is one of correlations, and it "
-        "says little: of single random guesses in [0, 1], the offset's in [-1, 1], without any "
-        f"network, {percent(passed[0], 0)} pass 0.90 on these drives and {percent(passed[1], 0)} "
-        "pass 0.98. Fit and relative residual tell the methods apart. The model is right for "
-        "these drives, so least squares needs no network beside it ([accuracy](accuracy.md) has "
-        "drives with effects). Most of what is left at reversals is friction that changes sign, "
-        "which neither the filter nor a rigid model follows there."
+        "closed loop, which share no formula with the network's training, with an encoder of 8400 "
+        "counts and 2 % effort noise. The paper's metric says little: of single random guesses, "
+        f"without any network, {percent(passed[0], 0)} pass 0.90 and {percent(passed[1], 0)} pass "
+        "0.98. Fit and relative residual tell the methods apart. Most of what is left is friction "
+        "that changes sign at reversals."
     )
 
 

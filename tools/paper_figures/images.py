@@ -83,11 +83,9 @@ def section(sources: Sources) -> Section:
         f"image from that of the matching guess, over the range of its values:\n\n{numbers}\n\n"
         f"{picture}",
         "The first row is the paper's kind. A guess twice too large makes the very image of the "
-        "match, so no network can tell how far off it is. The second row divides both vectors by "
-        "the scale of the measurement. The third is what the built-in network sees. ψ stays that "
-        "of a fixed start; α is what the guess leaves of the effort, over its own scale. The "
-        "match then leaves noise, and every other guess leaves its own error "
-        "([network](network.md#the-loop)).",
+        "match, so no network can tell how far off it is. The second divides both vectors by the "
+        "scale of the measurement. The third is what the built-in network sees: what the guess "
+        "leaves, over its own scale ([network](network.md#the-loop)).",
     )
 
 

@@ -129,12 +129,9 @@ def section(sources: Sources) -> Section:
         "sampling rate at its edges. A white kernel has a quarter of its energy in the lower half "
         "of both frequencies. The last column is how far training has moved a layer's kernels, "
         f"over their length at its start.\n\n{numbers}\n\n{picture}",
-        "The paper's spectra are those of kernels that plain back propagation has learned from "
-        "random ones. Here training begins with random kernels in pairs of opposite sign, through "
-        "which an image passes linearly whatever the ReLU does. The first layer keeps them. The "
-        "others are trained last, when the dense layers have learned most of it "
-        "([network](network.md#the-training-recipe)). The last two rows of the third layer began "
-        "as zeros, for a constant.",
+        "The paper's kernels are learned from random ones. Here training begins with random "
+        "kernels in pairs of opposite sign, which pass an image linearly. The first layer keeps "
+        "them; the others are trained last ([network](network.md#the-training-recipe)).",
     )
 
 

@@ -89,14 +89,10 @@ def section(sources: Sources) -> Section:
         "Mean training loss since the point before, and loss of 512 drives that training never "
         f"sees.\n\n{table(heading, rows)}\n\n{picture}",
         "The loss of *paper* is half the squared error of the sigmoids (reconstruction). An "
-        f"answer that is always the same has {constant:.3g} on its test drives. Two things keep it "
-        "from zero: min-max images hide the scale, and turned ones keep a label that is not "
-        "theirs. The loss of *improved* is the mean absolute error of the residual itself. Its "
-        "stages train different things: the dense layers on known numbers, then on stored "
-        "features, then the whole network ([network](network.md#the-training-recipe)). Levels "
-        "compare within a panel, not between panels. *Paper* never sees a drive twice. *Improved* "
-        "mixes its drives from a few thousand recordings, while the test drives have motions and "
-        "effects of their own.",
+        f"answer that is always the same has {constant:.3g} on its test drives. Min-max images "
+        "hide the scale, and turned ones keep a label that is not theirs. The loss of *improved* "
+        "is the mean absolute error of the residual; [its stages train different "
+        "things](network.md#the-training-recipe). Levels compare within a panel.",
     )
 
 

@@ -133,12 +133,10 @@ def section(sources: Sources) -> Section:
         "2π·sin(0.2875 t), φ = 2π·cos(0.2875 t), a circle of 4 mm radius at the tables.",
         "The virtual board, captured over its registers; one count of the encoder is "
         f"{1e6 * count_m:.2f} µm.\n\n{table(heading, rows)}\n\n{picture}",
-        "The board is a flexible simulation of the paper's drive with parameters from "
-        "catalogue-like parts ([virtual board](virtual_board.md)), not its robot. The paper moves "
-        "with one controller. Here `edge-ident run` identifies the drive on the first circle and "
-        "writes gains; the second circle is its verification. Behind soft gains, friction holds "
-        "each axis back by a constant angle that changes sign at its reversals: this causes the "
-        "corners. What the designed gains leave is little more than the encoder's counts.",
+        "The board is a flexible simulation with catalogue-like parts ([virtual "
+        "board](virtual_board.md)), not the paper's robot, which moves with one controller. Here "
+        "`edge-ident run` identifies the drive on the first circle and writes gains; the second "
+        "verifies them. The corners are friction that holds each axis back behind soft gains.",
     )
 
 

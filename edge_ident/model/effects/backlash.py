@@ -1,9 +1,8 @@
 """Backlash: play between the encoder's side and the load.
 
 After a reversal the drive moves only its own inertia and friction for the width of the gap. Then it
-takes the load along with an impact. The load has a share of the axis's inertia, friction and
-weight; the base parameters include that share. The contacts are as stiff as the shaft between both
-sides. The load rebounds from them, and the rebound decides what the drive feels next.
+takes the load along with an impact, from which the load rebounds. The base parameters include the
+load's share of inertia, friction and weight.
 Source: Nordin and Gutman, Automatica 38 (2002) 1633 (dead zone with spring and damper).
 """
 

@@ -1,10 +1,9 @@
 """Coupling compliance: part of the inertia hangs on a spring and a damper.
 
 The load, of load_inertia J, lags by d = x - x_load: d'' + 2·ζ·ω·d' + ω²·d = a + friction of the
-load over J. There ω is the load's resonance with the encoder's side held. The drive feels the
-spring instead of the load. It rings at a fixed frequency after reversals. For slow motion it adds
--(J/ω²)·a'', in proportion to the snap, which a smooth slow motion hardly shows. The load has a
-share of the axis's friction, which can hold it; the base parameters include that share.
+load over J, where ω is the load's resonance with the encoder's side held. It rings after reversals.
+For slow motion it adds -(J/ω²)·a'', which a smooth motion hardly shows. The base parameters include
+the load's share of inertia and friction.
 Source: two-mass drive, Ellis, Control System Design Guide, ch. 16.
 """
 

@@ -1,11 +1,9 @@
 """Noncollocated compliance: a spring between the motor and the encoder, which is on the load.
 
 A linear scale, or an encoder behind belt, coupling or gear, reads the load. The motor has to wind
-the spring up first: command = effort + 2·ζ·effort'/ω + effort''/ω². There effort is what moves the
-axis as the encoder reads it, and ω is the resonance with both sides free. The encoder lags behind
-the center of mass by a/ω², so lag_per_acceleration is 1/ω². Inertia and friction are taken to be
-shared alike between both sides. An effort jumps where friction turns, and a real motor then takes
-time to wind the spring to the other side; derivatives are taken over steps of 1/ω.
+the spring up first: command = effort + 2·ζ·effort'/ω + effort''/ω², where ω is the resonance with
+both sides free. lag_per_acceleration is 1/ω². Inertia and friction are taken to be shared alike
+between both sides; derivatives are taken over steps of 1/ω.
 Source: two-mass drive with a load encoder, Ellis, Control System Design Guide, ch. 16.
 """
 

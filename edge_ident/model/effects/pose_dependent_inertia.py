@@ -1,11 +1,10 @@
 """Pose-dependent inertia: a joint turns another one about an axis across its own, as in a turret.
 
-The first joint of an arm stands upright and turns the links that the next joint lifts. What it has
-to turn depends on how far they reach out: J(q) = cosine·cos q + sine·sin q + cosine_2·cos 2q +
-sine_2·sin 2q beside a constant, where q is the angle of the lifted joint. The turning joint feels
-J·a + J'·v·v₂ with q = x₂, the lifted one the centrifugal effort -J'/2·v₂² with q = x; 2 is the
-other joint, and J' is the derivative by q. The joint that a recording lists first is taken for the
-one that turns the other.
+An upright joint turns the links that the next joint lifts. Its inertia depends on how far they
+reach out: J(q) = cosine·cos q + sine·sin q + cosine_2·cos 2q + sine_2·sin 2q beside a constant,
+where q is the angle of the lifted joint. The turning joint feels J·a + J'·v·v₂ with q = x₂, the
+lifted one -J'/2·v₂² with q = x; 2 is the other joint. The joint that a recording lists first is
+taken for the turning one.
 Source: Lagrange's equations of the kinetic energy J(q)·v²/2; Siciliano et al., Robotics, sec. 7.3.
 """
 

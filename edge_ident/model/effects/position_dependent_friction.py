@@ -1,9 +1,8 @@
 """Friction that depends on position: a guide that tightens, a bent screw, a worn part of it.
 
 f = sign(v)·(gradient·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
-+ bump·exp(-((x - place)/width)²)) with y = x - centre. This adds to Coulomb friction, which is that
-in the middle of the travel or, beside waves, the mean. A bump is one worn or tight place. It is
-half the difference of the residual's maps over position forward and backward.
++ bump·exp(-((x - place)/width)²)) with y = x - centre, beside the Coulomb friction in the middle of
+the travel. A bump is one worn or tight place.
 Source: Popović and Goldenberg, IEEE Trans. Robotics and Automation 14 (1998) 114 (spectral
 friction model).
 """

@@ -1,10 +1,9 @@
 """Inertia that depends on position: a crank, a reel that is wound, a load that a joint swings out.
 
-J(x) = slope·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period) with y = x - centre.
-This adds to the inertia, which is that in the middle of the travel or, beside waves, the mean. The
-effort is J(x)·a + J'(x)·v²/2: what turns faster where it is lighter costs effort at constant speed.
-A crank repeats once or twice per turn. Along one sinusoid, acceleration and speed squared follow
-from the position, and the same effort is that of a load along the stroke.
+J(x) = slope·y + curvature·y² + cosine·cos(2π·x/period) + sine·sin(2π·x/period) with y = x - centre,
+beside the inertia in the middle of the travel. The effort is J(x)·a + J'(x)·v²/2: what turns faster
+where it is lighter costs effort at constant speed. A crank repeats once or twice per turn. Along
+one sinusoid the same effort is that of a load along the stroke.
 Source: Lagrange's equation of the kinetic energy J(x)·v²/2.
 """
 

@@ -1,14 +1,11 @@
 """A load that depends on position: a spring, a cable chain, the weight of an arm over its angle.
 
 f = stiffness·x + curvature·x² + cubic·x³ + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
-+ bump·exp(-((x - place)/width)²). A cable, a hose or a flexure hardens to both ends, which a third
-power describes. A hanging arm has a period of 2π rad; a bump is what a cable or
-a seal does at one place. The weight of a joint that another joint carries in the same plane follows
-the sum of both angles: sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂). The joint that carries the
-other one has both weights. With a third joint in that plane, x₂ may be the sum of the other two
-angles. A joint that counts the other way round has a minus. The load is half the sum of the
-residual's maps over position forward and backward. On a purely sinusoidal motion the stiffness
-looks like inertia, because a is proportional to x there.
++ bump·exp(-((x - place)/width)²). A cable, a hose or a flexure hardens to both ends (cubic); a
+hanging arm has a period of 2π rad; a bump is what a cable or a seal does at one place. The weight
+of a joint that another joint carries in the same plane follows the sum of both angles:
+sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂), where x₂ may be the sum of two other angles, or have
+a minus. On one sinusoid the stiffness looks like inertia, because a is proportional to x there.
 Source: statics.
 """
 
