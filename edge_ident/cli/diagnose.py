@@ -117,7 +117,9 @@ def diagnose(
             keep_minor=keep_minor,
             on_progress=bars.show,
         )
-    done = reading.done(*files, validate, page=results.output and results.output / _PAGES[page])
+    done = reading.done(
+        *files, validate, page=results.output and results.output / _PAGES[page], model=model
+    )
     found = report.with_next_steps(found, done)
     model_file = None
     if results.output:

@@ -159,10 +159,13 @@ class FileOptions:
             said += [(option, value) for value in values or ()]
         return tuple(word for pair in said for word in pair)
 
-    def done(self, *files: Path | None, page: Path | None = None) -> "report.Done":
+    def done(
+        self, *files: Path | None, page: Path | None = None, model: Path | None = None
+    ) -> "report.Done":
         """What was done with files, for the next step."""
         named = tuple(str(file) for file in files if file is not None)
-        return report.Done(named, self.typed(), "" if page is None else str(page))
+        of_page, of_model = ("" if one is None else str(one) for one in (page, model))
+        return report.Done(named, self.typed(), of_page, model=of_model)
 
     def read(self, file: Path) -> "edge_ident.Recording":
         """Read and check a recording; what was decided goes to stderr.

@@ -84,7 +84,7 @@ def design(
             recorded, network.load(), model=model_for(model, recorded.axes),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
-    done = recording.done(recording.file)
+    done = recording.done(recording.file, model=model)
     found = report.with_next_steps(found, done)
     if not found.trusted:
         results.deliver(report.gains_document(found, {}), "gains.json")

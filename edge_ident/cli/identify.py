@@ -55,7 +55,7 @@ def identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
             stopwatch=watch,
         )  # fmt: skip
-    done = recording.done(recording.file)
+    done = recording.done(recording.file, model=model)
     found = report.with_next_steps(found, done)
     if results.output:
         save_result_model(found.model, [recording.file], results.output, known)

@@ -9,8 +9,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Self
 
+import numpy as np
+
 from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking
+from edge_ident.estimation.trust import WEAK, WEAK_LIMIT, Finding
 from edge_ident.identification.result import Identification, known_sentence, worth_acting_on
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
 
@@ -70,6 +73,12 @@ class AxisAnswer:
     def sentence(self) -> str:
         """What is known, in words."""
         return known_sentence(self.known, self.unknown)
+
+    def settles(self, finding: Finding) -> bool:
+        """Whether all motions together show well what the first shows weakly."""
+        estimate = self.model.estimate
+        well = estimate.std <= WEAK_LIMIT * np.abs(estimate.parameters)
+        return finding.code in {f"{WEAK}{PARAMETERS[i]}" for i in np.flatnonzero(well)}
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ RESIDUAL_LIMIT: Final = 0.15
 """Relative residual above which the model does not describe the drive."""
 UNCERTAIN_EFFORT_LIMIT: Final = 0.05
 """Share of the rms effort that a parameter's uncertainty may move."""
+WEAK: Final = "weak_"
+"""Beginning of the code of a finding on a parameter that is weakly determined."""
 WEAK_LIMIT: Final = 0.10
 """Relative standard deviation above which a parameter is called weakly determined."""
 TARGET: Final = 0.05
@@ -208,7 +210,7 @@ def _check_parameter(
     share = value * float(rms_columns[index]) / rms_effort if rms_effort else 0.0
     if POSITIVE[index] and std > WEAK_LIMIT * value:
         return Finding(
-            f"weak_{name}",
+            f"{WEAK}{name}",
             f"{spoken} is known only to ±{std / value:.0%}: it makes up "
             f"{share:.1%} of the effort in this motion",
             _better_motion(index, std / value, float(rms_columns[0]), share),

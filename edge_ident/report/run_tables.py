@@ -12,8 +12,8 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.separation import Separation
 from edge_ident.model.model import Model
 from edge_ident.report.answer import (
-    identification_remarks,
     model_lines,
+    remarks,
 )
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_report import promise_view
@@ -111,7 +111,13 @@ def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, list[str]]]:
 
 
 def _remarks(outcome: Outcome) -> Iterator[RenderableType]:
-    yield from identification_remarks(outcome.identification)
+    first = outcome.identification.axes
+    yield from remarks(
+        {
+            name: [finding for finding in first[name].findings if not axis.settles(finding)]
+            for name, axis in outcome.answer.axes.items()
+        }
+    )
 
 
 def _details(outcome: Outcome) -> Iterator[RenderableType]:

@@ -115,18 +115,18 @@ class Tracking:
             return f"{factor * value:.3g} {name}"
 
         said = [
-            f"where its reference turns, the axis loses {length(self.step)}",
-            f"it is {length(self.off_rms)} off its reference rms, of a stroke of "
-            f"{length(self.stroke)}",
+            f"it is {length(self.off_rms)} off its reference (rms; stroke {length(self.stroke)})",
+            f"it loses {length(self.step)} at each reversal of the reference",
         ]
         if self._sticks:
             ways = zip(self.stands, ("plus", "minus"), strict=True)
             each = listed(f"{length(way)} towards {side}" for way, side in ways if way)
             said.append(
-                f"it stands in {self.share:.0%} of the samples in which the reference moves: for "
-                f"{each} of its way, {self._why()}"
+                f"it stands in {self.share:.0%} of the samples in which the reference moves, while "
+                f"that goes on by {each}: {self._why()}"
             )
-        said.append(f"besides, it lags by {1e3 * self.lag_s:.3g} ms")
+        way = "behind" if self.lag_s >= 0.0 else "ahead of"
+        said.append(f"in motion it is {1e3 * abs(self.lag_s):.3g} ms {way} the reference")
         return "; ".join(said)
 
     def _why(self) -> str:

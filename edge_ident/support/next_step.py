@@ -31,6 +31,8 @@ class Done:
         Of the board that recorded them; empty where they are files.
     motion : str
         Name of the motion that was recorded, where it is known.
+    model : str
+        Path of the model whose effects are known; empty where none was given.
     """
 
     files: tuple[str, ...] = ()
@@ -38,11 +40,18 @@ class Done:
     page: str = ""
     device: str = ""
     motion: str = ""
+    model: str = ""
 
     @property
     def recordings(self) -> str:
         """The files and how they are read, as a shell takes them."""
         return shlex.join([*self.files, *self.reading])
+
+    @property
+    def known(self) -> str:
+        """The same with the model that is known of them, for whoever computes with it."""
+        model = ["--model", self.model] if self.model else []
+        return shlex.join([*self.files, *self.reading, *model])
 
 
 NOTHING_DONE: Final = Done()
@@ -68,7 +77,8 @@ def whole_step(step: str, done: Done) -> str:
     if done.files:
         folder = shlex.quote(f"{Path(done.files[0]).stem}-diagnosis")
         for name in ("FIRST SECOND", "FILE"):
-            step = step.replace(f" {name}", f" {done.recordings}")
+            step = step.replace(f"import {name}", f"import {done.recordings}")
+            step = step.replace(f" {name}", f" {done.known}")
         step = re.sub(r"\bDIR\b", lambda _: folder, step)
     return _MOTION.sub(lambda found: _motion(found[1], found[2], done), step)
 

@@ -22,7 +22,7 @@ from edge_ident.report.page.map_charts import (
     quantities,
     residual_map,
 )
-from edge_ident.report.page.recordings_at_fault import of_recordings
+from edge_ident.report.page.recordings_at_fault import TOGETHER, of_recordings
 from edge_ident.report.page.time_charts import (
     busiest,
     effort_chart,
@@ -281,7 +281,9 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     if motion:
         steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
     elif axis.causes and name not in diagnosis.validation:
-        steps.append(Markup("To confirm it, add a second recording: <code>--validate</code>."))
+        command = f"edge-ident diagnose {TOGETHER} --validate OTHER"
+        confirm = Markup('To confirm it, record again, and: <code class="long">{}</code>')
+        steps.append(confirm.format(command))
     return steps or [
         Markup(
             "Look at the picture: it shows where the error is largest. Check units and sign of "

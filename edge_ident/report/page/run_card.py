@@ -152,8 +152,9 @@ def _written(name: str, outcome: Outcome) -> list[Markup]:
 
 def _model_sure(name: str, axis: AxisIdentification, outcome: Outcome) -> list[Markup]:
     at = ("identification", "axes", name)
-    inertia, std = float(axis.estimate.parameters[0]), float(axis.estimate.std[0])
-    place = (*at, "parameters", PARAMETERS[0])
+    best = outcome.answer.axes[name].model.estimate
+    inertia, std = float(best.parameters[0]), float(best.std[0])
+    place = ("answer", "axes", name, "parameters", PARAMETERS[0])
     value_text, std_text = to_its_std(inertia, std)
     short = f"{outcome.answer.axes[name].sentence}."
     short = short[0].upper() + short[1:]

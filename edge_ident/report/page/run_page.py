@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from edge_ident.commissioning.gains.files import BACKUP_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.result import AxisIdentification, ParameterSource
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.page.chart import Chart
@@ -138,12 +140,16 @@ def _besides(name: str, outcome: Outcome) -> Iterator[Row]:
 
 
 def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
-    axis = outcome.identification.axes[name]
+    axis, answer = outcome.identification.axes[name], outcome.answer.axes[name]
     return RunDetails(
         key,
         name,
-        [f"{sentence(f.message)} Next: {f.next_step}. ({f.code})" for f in axis.findings],
-        _parameters(axis),
+        [
+            f"{sentence(f.message)} Next: {f.next_step}. ({f.code})"
+            for f in axis.findings
+            if not answer.settles(f)
+        ],
+        _parameters(axis, answer.model.estimate),
         Table("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
         identified_charts(key, axis),
         _diagnosis(key, name, axis),
@@ -160,8 +166,11 @@ def _diagnosis(key: str, name: str, axis: AxisIdentification) -> "AxisDetails | 
     return axis_details(f"{key}-d", name, Diagnosis({name: axis.diagnosis}, (), {}))
 
 
-def _parameters(axis: AxisIdentification) -> Table:
-    columns = {f"{axis.source.spoken} (used)": axis.estimate}
+def _parameters(axis: AxisIdentification, best: Estimate) -> Table:
+    """Those of the answer; where further motions made them, beside those of the first."""
+    columns = {f"{axis.source.spoken} (used)": best}
+    if not np.array_equal(best.parameters, axis.estimate.parameters):
+        columns = {"all motions (used)": best, f"first motion, {axis.source.spoken}": axis.estimate}
     if axis.source is not ParameterSource.LEAST_SQUARES:
         columns["least squares"] = axis.least_squares
     if axis.network is not None and axis.source is not ParameterSource.NETWORK:

@@ -15,13 +15,19 @@ from edge_ident.commissioning.gains.outcome import GainChange
 from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
 from edge_ident.estimation.trust import Finding
+from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.report import outcome_view
+from edge_ident.report.intervals import interval_texts
 from edge_ident.report.page.run_page import write_run_page
+from edge_ident.report.page.wording import to_its_std
 from edge_ident.report.run_documents import run_document
 from tests.edge_ident.report.page import hand_made_run
 from tests.edge_ident.report.page.pages import read
 
 COUNT_RAD: Final = 7.48e-4
+WEAK: Final = Finding(
+    "weak_inertia", "inertia is known only weakly", "accelerate more", blocks=False
+)
 SIGN: Final = Finding("effort_sign", "negative", "check the sign", blocks=True, contradicts=True)
 
 
@@ -53,6 +59,24 @@ def contradictory(outcome: Outcome) -> Outcome:
     )
 
 
+def all_motions(std: float) -> Callable[[Outcome], Outcome]:
+    """The first motion shows the inertia weakly, all together to `std`, relative."""
+
+    def changed(outcome: Outcome) -> Outcome:
+        found = outcome.identification
+        axes = {name: replace(axis, findings=(WEAK,)) for name, axis in found.axes.items()}
+        local = {
+            name: base_axis(
+                Estimate(1.1 * axis.estimate.parameters, std * axis.estimate.parameters)
+            )
+            for name, axis in axes.items()
+        }
+        known = replace(found, axes=axes)
+        return replace(outcome, identification=known, local=Model(local))
+
+    return changed
+
+
 RUNS: Final[dict[str, tuple[Callable[[Outcome], Outcome], Ending]]] = {
     "kept": (kept(measured(82.4, 6.05)), Ending.BETTER),
     "kept, below one count": (kept(measured(82.4, 0.18)), Ending.BETTER),
@@ -67,6 +91,14 @@ RUNS: Final[dict[str, tuple[Callable[[Outcome], Outcome], Ending]]] = {
     ),
     "dry": (changed(GainChange(False, dry_run=True)), Ending.FORECAST),
     "contradictory data": (contradictory, Ending.CONTRADICTORY),
+    "all motions": (
+        lambda outcome: all_motions(0.01)(kept(measured(82.4, 6.05))(outcome)),
+        Ending.BETTER,
+    ),
+    "all motions, weak": (
+        lambda outcome: all_motions(0.2)(kept(measured(82.4, 6.05))(outcome)),
+        Ending.BETTER,
+    ),
 }
 
 
@@ -100,8 +132,18 @@ def test_all_say_the_same(name: str, made: tuple[Outcome, Path]) -> None:
     assert outcome.conclusion in said[0]
     assert re.search(rf"\b{ending.spoken}\b", first, re.IGNORECASE)
 
+    whole = " ".join(page.text("script").split())
+    weak = name == "all motions, weak"
+    assert (WEAK.message in "\n".join(said)) is weak
+    assert (WEAK.message[1:] in whole) is weak
     for axis, answer in outcome.answer.axes.items():
         in_json = document["answer"]["axes"][axis]
+        inertia = in_json["parameters"]["inertia"]
+        assert inertia["value"] == answer.model.estimate.parameters[0]
+        shown = to_its_std(inertia["value"], inertia["std"])
+        assert "The inertia is {} ± {} ".format(*shown) in first
+        row = next(line for line in said if f"│ {axis} " in line and "inertia" in line)
+        assert interval_texts(inertia["value"], inertia["std"])[0] in row
         assert in_json["known"] == list(answer.known)
         assert in_json["unknown"] == list(answer.unknown)
         if answer.tracking is None:

@@ -60,6 +60,9 @@ def test_all_say_the_same(name: str, tmp_path: Path) -> None:
     explains = "This explains what the simple model gets wrong."
     assert (explains in page) is (of_axis.verdict is Verdict.EXPLAINED)
 
+    confirm = RIPPLE in of_axis.causes
+    assert ("edge-ident diagnose a.csv --validate OTHER" in page) is confirm
+
     for kind in ("causes", "suspected"):
         effects = [cause.term.effect for cause in getattr(of_axis, kind)]
         assert [cause["effect"] for cause in in_json[kind]] == effects

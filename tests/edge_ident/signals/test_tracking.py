@@ -66,7 +66,7 @@ def test_play_has_its_size_and_its_side(play: float) -> None:
     assert min(found.stands) > play
     assert found.at_reversals == 1.0
     said = found.sentence("m")
-    assert f"the axis loses {1e3 * found.step:.3g} mm" in said
+    assert f"it loses {1e3 * found.step:.3g} mm at each reversal" in said
     assert "as play between motor and encoder" in said
     assert "move the load by hand" in found.next_step
 
@@ -108,4 +108,4 @@ def test_identify_says_it_once(tmp_path: pytest.TempPathFactory) -> None:
     path = f"{tmp_path}/play.csv"
     edge_ident.save_recording(recording(behind_play(MOTOR, 2.4e-3)), path)
     result = CliRunner().invoke(app, ["identify", path])
-    assert (result.stdout + result.stderr).count("where its reference turns, the axis loses") == 1
+    assert (result.stdout + result.stderr).count(" at each reversal of the reference") == 1

@@ -11,6 +11,13 @@ def test_a_command_has_the_files_and_how_they_are_read() -> None:
         "see where: edge-ident diagnose 'my drive.csv' --column pos=x_position_rad "
         "--output 'my drive-diagnosis'; check units"
     )
+    model = Done(("a.csv",), model="old model.json")
+    assert whole_step("edge-ident gains FILE --output gains.json", model) == (
+        "edge-ident gains a.csv --model 'old model.json' --output gains.json"
+    )
+    assert whole_step("edge-ident import FILE shows them", model).startswith(
+        "edge-ident import a.csv shows"
+    )
     both = whole_step("edge-ident diagnose FIRST SECOND", Done(("a.csv", "b.csv")))
     assert both == "edge-ident diagnose a.csv b.csv"
 
