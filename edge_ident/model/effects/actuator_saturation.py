@@ -1,8 +1,7 @@
 """Actuator saturation: the drive gives no more than a limit.
 
-torque = clip(command, -limit, limit). In a simulation the motion falls behind, and the command,
-which is recorded, exceeds what the motion needs. Along a known motion the effort stops at the
-limit.
+torque = clip(command, -limit, limit). In a simulation the motion falls behind, and the recorded
+command exceeds what the motion needs. Along a known motion the effort stops at the limit.
 Source: Tao and Kokotović, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
 (1996).
 """

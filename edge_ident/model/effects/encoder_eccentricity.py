@@ -1,7 +1,7 @@
 """Encoder eccentricity: the disc is off centre, and the reading errs once per turn.
 
 reading = x + cosine·cos(2π·x/period) + sine·sin(2π·x/period). Where the reading is even, the true
-motion is uneven. It costs effort that grows with the square of the speed. A resolver whose two
+motion is uneven, which costs effort that grows with the square of the speed. A resolver whose two
 windings differ errs twice per turn.
 Source: first harmonic of an eccentrically mounted graduation; Hanselman, IEEE Trans. Industrial
 Electronics 37 (1990) 556, for the resolver.

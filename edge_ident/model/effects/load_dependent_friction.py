@@ -1,9 +1,8 @@
 """Load-dependent friction: a transmission loses a share of the effort that passes through it.
 
-f = share·|T|·sign(v). T is the effort at the transmission's input that goes on to the loads, to
-the moved part of the inertia and to the guided part of the friction: T = y + f, with
-y = moved·inertia·a + offset + load(x) + guided·(viscous_friction·v + coulomb_friction·sign(v)).
-The load along the stroke, load(x), is that of the model, as the weight of a joint. Solved for T:
+f = share·|T|·sign(v), where T is the effort at the transmission's input that goes on to the loads:
+T = y + f, with y = moved·inertia·a + offset + load(x) + guided·(viscous_friction·v +
+coulomb_friction·sign(v)). The load along the stroke, load(x), is that of the model. Solved for T:
 T = y/(1 - share·sign(v)·sign(y)).
 Source: Hamon, Gautier and Garrec, IEEE/RSJ IROS 2010, 6187 (load-dependent friction of robot
 joints), written for the input side.

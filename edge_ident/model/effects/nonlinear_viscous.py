@@ -1,7 +1,7 @@
 """Nonlinear viscous friction: a power of the speed, as of churning oil, air, a thinning lubricant.
 
 f = level·|v|^exponent·sign(v), with the speed in units of one per second, on top of the linear
-viscous friction. An exponent of two is v·|v|.
+viscous friction.
 Source: Waiboer, Aarts and Jonker, Velocity dependence of joint friction in robotic manipulators
 with gear transmissions (2005), for powers of the speed in lubricated joints.
 """

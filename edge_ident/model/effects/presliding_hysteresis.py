@@ -1,9 +1,8 @@
 """Presliding hysteresis: dry friction that builds up with the distance since a reversal.
 
-Part of the Coulomb friction, the level, acts through bristles. These are springs of equal strength
-that yield at different reaches, whatever the speed. After a long stroke and a reversal, f/level
-changes sides as 1 - 2·exp(-travel/distance). The friction remembers every reversal until the motion
-passes it again, so smaller reversals make closed loops inside larger ones.
+Part of the Coulomb friction, the level, acts through bristles: springs that yield at different
+reaches. After a long stroke and a reversal, f/level changes sides as 1 - 2·exp(-travel/distance).
+Smaller reversals make closed loops inside larger ones.
 Source: Iwan, J. Applied Mechanics 33 (1966) 893; Al-Bender and Swevers, IEEE Control Systems 28
 (2008) 64 (presliding of machines, Maxwell-slip elements).
 """

@@ -1,8 +1,7 @@
 """Stribeck friction: dry friction that falls as a lubricant film builds up with speed.
 
-f = level·exp(-(|v|/speed)^exponent)·sign(v), on top of Coulomb friction. The bump below the
-Stribeck speed is the same in acceleration and deceleration, and in both directions. It is searched
-for with an exponent of two and of one.
+f = level·exp(-(|v|/speed)^exponent)·sign(v), on top of Coulomb friction: the same in acceleration
+and deceleration, and in both directions. It is searched for with an exponent of two and of one.
 Source: Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, for both: two is
 Bo and Pavelescu's, one is Tustin's.
 """

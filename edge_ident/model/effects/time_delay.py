@@ -1,9 +1,8 @@
 """Time delay: the effort column is recorded late (or early) against the position column.
 
 recorded(t) = effort(t - delay), the same at all amplitudes and frequencies. A shift of up to 1.5
-sampling periods is in every recording of a digital controller (`edge_ident.signals.timing`), and
-no delay in this sense: it belongs to the base model. A longer delay is a cause. It then accounts
-for the whole shift, the share of the controller included; its size is what exceeds that share.
+sampling periods is in every recording of a digital controller, and belongs to the base model
+(`timing`). A longer one is a cause; its size is what exceeds that share.
 Source: linear phase of a pure delay.
 """
 

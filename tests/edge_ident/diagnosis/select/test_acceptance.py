@@ -224,5 +224,6 @@ def table_of_thresholds() -> str:
     rows += [
         (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason)
         for name, t in thresholds().items()
+        if not t.support.startswith("none needed")  # what decides on no cause
     ]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
