@@ -28,7 +28,7 @@ DeviceLink = Annotated[
     typer.Option(
         "--link",
         metavar="PATH",
-        help="Link to the pseudo-terminal, a device name that stays the same.",
+        help="Path of a link to the pseudo-terminal, so that the device name stays the same.",
     ),
 ]
 TcpPort = Annotated[
@@ -59,7 +59,7 @@ PressStop = Annotated[
     bool,
     typer.Option(
         "--press-stop",
-        help="Press the emergency stop of the board that runs with --link, and let go of it.",
+        help="Press and release the emergency stop of the board that runs with --link.",
     ),
 ]
 Failures = Annotated[
@@ -67,9 +67,9 @@ Failures = Annotated[
     typer.Option(
         "--fail",
         metavar="NAME[=AXIS][@TIME]",
-        help="Have something fail, such as encoder_lost=x@3s (after the board's start) or "
-        "sto@motion+1s (after that of the first motion); may be repeated. An unknown name lists "
-        "all failures.",
+        help="Make something fail, such as encoder_lost=x@3s (after the board's start) or "
+        "sto@motion+1s (after that of the first motion); may be repeated. An unknown "
+        "name lists all failures.",
     ),
 ]
 
@@ -94,13 +94,13 @@ def board(
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
 
-    The board keeps its gains, faults and positions from one command to the next.
-    Modbus has no authentication: anyone who can connect to the port controls the board. Only this
-    computer can connect unless --bind gives another address. The name of the device is printed;
-    with --output it is also written to board.json in that folder. What --hide or --hide-seed hides
-    in the drive is not told; the same options with --reveal print it, without a board.
-    What --fail has fail is told when it does. --press-stop taps the wired emergency stop of the
-    board at --link, or at the device of EDGE_IDENT_DEVICE.
+    The board keeps its gains, faults and positions from one command to the next. Modbus has no
+    authentication: anyone who can connect to the port controls the board. Only this computer can
+    connect unless --bind gives another address. The name of the device is printed; with --output it
+    is also written to board.json in that folder. What --hide or --hide-seed hides in the drive is
+    not printed; the same options with --reveal print it and start no board. A failure of --fail is
+    printed when it happens. --press-stop presses and releases the wired emergency stop of the board
+    that runs at --link, or at the device of EDGE_IDENT_DEVICE.
 
     Example: `edge-ident board --pty --speed 10`
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 GainsFile = Annotated[
     Path,
     typer.Argument(
-        metavar="FILE", help="Backup of gains, or gains.json from gains FILE --output FOLDER."
+        metavar="FILE",
+        help="Backup of gains, or the file that edge-ident gains FILE --output gains.json wrote.",
     ),
 ]
 Backups = Annotated[

@@ -43,9 +43,9 @@ def capture(
 ) -> None:
     """Move the axes and record the motion; no gains are written.
 
-    The recording is written to capture.npz in the folder given by --output, which must not hold
-    another one. Without it, each has a folder by date and time in edge-ident-runs, or in that of
-    the setting. Its path is printed.
+    The recording is written to capture.npz in the folder given by --output, which must not hold a
+    recording yet. Without --output, each capture gets a folder, named by date and time, in
+    edge-ident-runs or in the folder of the setting output. The path of the recording is printed.
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """

@@ -46,9 +46,10 @@ def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
 def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
     """Check this computer and, with a device, the link to the board; say how to solve problems.
 
-    Checked are packages, networks, ModemManager, rights and latency timers of serial ports; with a
-    device also register map, state, round-trip time, clock and jitter. Nothing is moved or
-    written. The result is printed; with --output it is also written to doctor.json in that folder.
+    The checks cover packages, networks, ModemManager, and access rights and latency timers of
+    serial ports; with a device also register map, state, round-trip time, clock and jitter. No axis
+    moves, and nothing is written to the board. The result is printed; with --output it is also
+    written to doctor.json in that folder.
 
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """

@@ -14,7 +14,12 @@ from edge_ident.cli.progress import shown_progress
 
 Methods = Annotated[
     list[str] | None,
-    typer.Option("--method", metavar="NAME", help="Use only this method; may be repeated."),
+    typer.Option(
+        "--method",
+        metavar="NAME",
+        help="Use only this method, such as least_squares; may be repeated. An unknown "
+        "name lists all methods.",
+    ),
 ]
 Tries = Annotated[
     int,

@@ -57,7 +57,7 @@ KeepMinor = Annotated[
     bool,
     typer.Option(
         "--keep-minor",
-        help="Keep certain causes in the model although they are below the tolerance.",
+        help="Keep causes in the model, too, that are supported but smaller than --tolerance.",
     ),
 ]
 
@@ -95,10 +95,11 @@ def diagnose(
     details: Details = False,
     results: ResultOptions,
 ) -> None:
-    """Find out what the base model gets wrong, and extend it by the physical causes.
+    """Find out what the base model gets wrong, and extend it by physical causes.
 
-    The result is printed; with --output, a page, diagnosis.json and the extended model model.json
-    are written to that folder, which must not be that of a run.
+    The base model is a rigid body with friction. The result is printed; with --output, a page
+    (report.html), diagnosis.json and the extended model (model.json) are written to that folder,
+    which must not be that of a run.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """

@@ -15,7 +15,8 @@ RecordingFile = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet, .xlsx, or a bag of ROS.",
+        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet, .xlsx, or a ROS "
+        "bag (.bag, .db3, .mcap or a folder).",
     ),
 ]
 
@@ -47,7 +48,7 @@ class FileOptions:
             "--period",
             min=1e-9,
             metavar="SECONDS",
-            help="Sampling period of a file that has no column of time.",
+            help="Sampling period in s, for a file without a time column.",
         ),
     ] = None
     resolution: Annotated[
@@ -96,8 +97,9 @@ class FileOptions:
         typer.Option(
             "--effort-encoding",
             metavar="ENCODING",
-            help="How the effort holds its sign: uint16 (two's complement read without a sign; "
-            "uint8 to uint64) or sign-magnitude.",
+            help="How the file codes the sign of the effort: uint16 (two's complement that was "
+            "read as unsigned; also uint8, uint32, uint64) or sign-magnitude (the highest "
+            "bit is the sign).",
         ),
     ] = None
     effort_shift: Annotated[
@@ -105,7 +107,8 @@ class FileOptions:
         typer.Option(
             "--effort-shift",
             metavar="SECONDS",
-            help="Time from the position of a row to when its effort acted.",
+            help="When the effort of a row acted, relative to its position, in s; -0.1 where "
+            "the effort column is 0.1 s late.",
         ),
     ] = 0.0
     axis: Annotated[
@@ -113,8 +116,8 @@ class FileOptions:
         typer.Option(
             "--axis",
             metavar="NAME",
-            help="Axis to read, may be repeated; default: all that move. One that stands still "
-            "although its reference moves is refused.",
+            help="Axis to read; may be repeated. Default: all axes that move. An axis whose "
+            "reference moves while its position stands still is an error.",
         ),
     ] = None
 

@@ -22,12 +22,14 @@ class HideOptions:
             "--hide",
             metavar="NAME[=SIZE]",
             help="Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
-            "An unknown name lists all faults.",
+            "An unknown name, as in --hide list, lists all faults.",
         ),
     ] = None
     axis: Annotated[
         Literal["x", "z"] | None,
-        typer.Option("--axis", help="Axis of the faults; default: x, and drawn with --hide-seed."),
+        typer.Option(
+            "--axis", help="Axis that has the faults; default: x, or a random one with --hide-seed."
+        ),
     ] = None
     hide_seed: Annotated[
         int | None,
@@ -35,7 +37,8 @@ class HideOptions:
             "--hide-seed",
             metavar="NUMBER",
             min=0,
-            help="Hide one or two faults that this number draws; with --hide, draw their details.",
+            help="Hide one or two random faults; the same number hides the same ones. With "
+            "--hide: choose only the details at random.",
         ),
     ] = None
     used: Annotated[
@@ -44,8 +47,8 @@ class HideOptions:
             "--used",
             metavar="NUMBER",
             min=0,
-            help="Let another machine move, which this number draws: a used one, on which a dozen "
-            "things are a little off.",
+            help="Use a random used machine as the virtual drive: a dozen things are slightly "
+            "wrong on it. The same number gives the same machine.",
         ),
     ] = None
     wear: Annotated[
@@ -55,19 +58,20 @@ class HideOptions:
             metavar="LEVEL",
             min=0.0,
             max=3.0,
-            help="How used the machine of --used is: 0 clean, 1 used, 2 worn; default: 1.",
+            help="Wear of the machine of --used: 0 like new, 1 used, 2 worn; default: 1.",
         ),
     ] = None
     friction: Annotated[
         Literal["lugre", "dahl"] | None,
         typer.Option(
             "--friction",
-            help="Let the machine of --used be clean, in another simulation, with this friction.",
+            help="Make the machine of --used like new, simulated by another program with this "
+            "friction model.",
         ),
     ] = None
     reveal: Annotated[
         bool,
-        typer.Option("--reveal", help="Tell in the end what these options have hidden."),
+        typer.Option("--reveal", help="Print at the end what these options have hidden."),
     ] = False
 
     def hidden(self, *, of_machine: bool = False) -> "Hidden | None":

@@ -37,7 +37,10 @@ class SheetOptions:
         _Texts, _sheet_option("--kind", "KIND", "linear or rotary; default: linear.")
     ] = None
     lead: Annotated[
-        _Texts, _sheet_option("--lead", "MM", "Travel for one turn of the screw, such as 5mm.")
+        _Texts,
+        _sheet_option(
+            "--lead", "MM", "Travel of the table per turn of the screw (lead), such as 5mm."
+        ),
     ] = None
     gear_ratio: Annotated[
         _Texts,
@@ -45,15 +48,19 @@ class SheetOptions:
     ] = None
     encoder_at: Annotated[
         _Texts,
-        _sheet_option("--encoder-at", "PLACE", "motor, output (of the gearbox) or table."),
+        _sheet_option(
+            "--encoder-at",
+            "PLACE",
+            "Place of the encoder: motor, output (of the gearbox) or table.",
+        ),
     ] = None
     encoder: Annotated[
         _Texts,
         _sheet_option(
             "--encoder",
             "COUNTS",
-            "Counts per turn (4 per line), '2100 lines' or '17 bit'; of a linear scale the length "
-            "of a count, such as 0.5um.",
+            "Encoder counts per turn (4 per line), such as 8400, '2100 lines' or '17 "
+            "bit'. For a linear scale: length of one count, such as 0.5um.",
         ),
     ] = None
     torque_constant: Annotated[
@@ -64,8 +71,8 @@ class SheetOptions:
         _sheet_option(
             "--torque",
             "NM",
-            "Rated torque of the motor, or its rated current, such as 3A. The axis never needs "
-            "more: lower it where gearbox or screw withstand less.",
+            "Rated torque of the motor, or its rated current, such as 3A. It becomes the "
+            "effort limit: give less if gearbox or screw withstand less.",
         ),
     ] = None
     travel: Annotated[
@@ -78,19 +85,29 @@ class SheetOptions:
         ),
     ] = None
     acceleration: Annotated[
-        _Texts, _sheet_option("--acceleration", "M/S2", "Acceleration of the axis, if known.")
+        _Texts,
+        _sheet_option(
+            "--acceleration",
+            "M/S2",
+            "Largest acceleration of the axis, if known; a rotary axis: in rad/s2.",
+        ),
     ] = None
     rotor_inertia: Annotated[
-        _Texts, _sheet_option("--rotor-inertia", "KGCM2", "Inertia of the motor, if known.")
+        _Texts,
+        _sheet_option("--rotor-inertia", "KGCM2", "Inertia of the rotor of the motor, if known."),
     ] = None
     load: Annotated[
         _Texts,
-        _sheet_option("--load", "KG", "Moving mass, if known; of a rotary axis inertia in kgm2."),
+        _sheet_option(
+            "--load", "KG", "Moving mass, if known. For a rotary axis: inertia, such as 0.2kgm2."
+        ),
     ] = None
     friction: Annotated[
         _Texts,
         _sheet_option(
-            "--friction", "NM", "Friction at the motor, or of the guides, such as 40N, if known."
+            "--friction",
+            "NM",
+            "Friction torque at the motor, or friction force of the guides, such as 40N; if known.",
         ),
     ] = None
 
@@ -101,14 +118,16 @@ class SheetOptions:
 
 _Name = Annotated[
     str | None,
-    typer.Option("--name", metavar="TEXT", help="Name of the drive; default: that of the file."),
+    typer.Option(
+        "--name", metavar="TEXT", help="Name of the drive; default: the name of the file."
+    ),
 ]
 _AxisNames = Annotated[
     list[str] | None,
     typer.Option(
         "--axis",
         metavar="NAME",
-        help="Name of an axis, may be repeated; default: those in AXIS=, or x and z.",
+        help="Name of an axis; may be repeated. Default: the axes that AXIS= names, else x and z.",
     ),
 ]
 
@@ -128,23 +147,30 @@ def init(
     axis: _AxisNames = None,
     sample_rate: Annotated[
         str | None,
-        typer.Option("--sample-rate", metavar="HZ", help="Of the board, such as 400 or 2.5ms."),
+        typer.Option(
+            "--sample-rate",
+            metavar="HZ",
+            help="Sampling rate of the board in Hz, or its sampling period, such as 2.5ms.",
+        ),
     ] = None,
     sheet: SheetOptions,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace a file that exists already.")
     ] = False,
     accept_implausible: Annotated[
-        bool, typer.Option("--accept-implausible", help="Accept numbers that are questioned.")
+        bool,
+        typer.Option(
+            "--accept-implausible", help="Accept values that are unusual for a feed drive."
+        ),
     ] = False,
     json: Json = False,
 ) -> None:
     """Write a drive description from the data sheets of motor, encoder and axis.
 
-    On a terminal, what no option answers is asked. Every answer is shown in SI units, and
-    questioned if no feed drive has it. A number may have a unit; AXIS= before it says it of one
-    axis only. Nothing is written before all is answered and the file can be read. Its path is
-    printed.
+    On a terminal, the command asks for every value that no option gives. It shows each value in SI
+    units, and asks again if the value is unusual for a feed drive. A number may have a unit, as in
+    5mm; AXIS= before it sets one axis only, as in x=300mm. The file is written at the end, when all
+    values are known. Its path is printed.
 
     Example: `edge-ident init press.toml --lead 5mm --travel x=300mm --travel z=200mm`
     """

@@ -37,12 +37,12 @@ Distances = Annotated[
     typer.Option(
         "--by",
         metavar="AXIS=RAD",
-        help="Move this axis by so much from where it stands, such as x=5deg; may be repeated.",
+        help="Move this axis by this angle from where it stands, such as x=5deg; may be repeated.",
     ),
 ]
 Duration = Annotated[
     float,
-    typer.Option("--seconds", min=1.0, max=600.0, metavar="NUMBER", help="How long to hold."),
+    typer.Option("--seconds", min=1.0, max=600.0, metavar="NUMBER", help="Time to hold, in s."),
 ]
 Speed = Annotated[
     float | None,
@@ -74,10 +74,10 @@ def home(
     """Move the axes slowly to position zero, to a position (--to) or by a distance (--by).
 
     The command does not search for a reference mark. Positions of an axis that is not homed count
-    from where it stood when the board was switched on. The positions are printed, and what is left
-    of the way: friction holds an axis short of its target where gains are weak. With --output they
-    are also written to home.json in that folder. Exit code 1 means that an axis made less than half
-    of its way.
+    from where it stood when the board was switched on. The positions are printed with the distance
+    that is left: where gains are weak, friction stops an axis short of its target. With --output
+    they are also written to home.json in that folder. Exit code 1 means that an axis made less than
+    half of the distance.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
     """
@@ -125,10 +125,10 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
 
 @command
 def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOptions) -> None:
-    """Hold the axes where they stand, with the effort on, to try by hand that it pushes back.
+    """Hold the axes where they stand, with the effort on, so that you can push against them.
 
     How far each axis was pushed and the largest effort are printed; with --output they are also
-    written to hold.json in that folder. The effort goes off at the end and on Ctrl-C.
+    written to hold.json in that folder. The effort is switched off at the end and on Ctrl-C.
 
     Example: `edge-ident hold --seconds 20 --device /dev/ttyACM0`
     """
@@ -144,12 +144,12 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
 def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions) -> None:
     """Bring the machine to rest and switch the effort off. This is not an emergency stop.
 
-    Unconfirmed gains are rolled back. Another host that controls the board loses it, and its
-    command ends. If another command of the same user has the board open, it is interrupted as by
-    Ctrl-C. Where the effort stays on, or another host keeps the board, this command fails.
-    Settings that cannot be used are reported and ignored. This command goes on where its terminal
-    is closed. Ctrl-C ends it: then the machine may still be moving.
-    The state of the board is printed; with --output it is also written to state.json.
+    Unconfirmed gains are rolled back. Control is taken from any other host, whose command then
+    ends; a command of the same user on this computer is interrupted as by Ctrl-C. The command fails
+    if the effort stays on, or if another host keeps the board. Invalid settings are reported and
+    ignored. Closing the terminal does not end the command; Ctrl-C does, and the machine may then
+    still be moving. The state of the board is printed; with --output it is also written to
+    state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """

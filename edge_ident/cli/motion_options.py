@@ -22,7 +22,7 @@ def _cycles_option(variable: str | None = None) -> Any:
         max=MOST_CYCLES,
         metavar="NUMBER",
         envvar=variable,
-        help="Number of periods of a sinusoid or multisine.",
+        help="Number of periods of a sinusoid or multisine; default: as in the drive description.",
     )
 
 

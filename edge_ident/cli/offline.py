@@ -138,7 +138,8 @@ def train(
     resume: Annotated[
         bool,
         typer.Option(
-            "--resume", help="Continue from the checkpoint in the folder, or begin without one."
+            "--resume",
+            help="Continue from the checkpoint in the folder; begin anew if there is none.",
         ),
     ] = False,
     accelerator: Accelerator = None,
@@ -200,10 +201,10 @@ def export(
     The networks, fp32 and int8, are checked and written to the folder given by --output (default:
     networks), with a manifest. The path of the manifest is printed. The network that comes with
     edge-ident is not replaced. Where quantization costs too much accuracy, the int8 network is left
-    out: the command says how much, and ends with 1. --no-int8 leaves it out in any case.
+    out: the command says how much, and ends with exit code 1. --no-int8 leaves it out in any case.
 
-    With --c, an int8 network is written as C99: a header, whose path is printed, and two files
-    more. This needs onnx, but not torch.
+    With --c, an int8 network is written as C99: a header, whose path is printed, and two other
+    files. This needs onnx, but not torch.
 
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
 

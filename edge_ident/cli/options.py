@@ -55,8 +55,8 @@ Output = Annotated[
         metavar="FOLDER|FILE",
         parser=result_folder,
         envvar="EDGE_IDENT_OUTPUT",
-        help="Folder to write the results to, created if it does not exist; or the file, where the "
-        "command writes one.",
+        help="Folder for the results; it is created if it does not exist. A command that "
+        "writes a single file also takes the name of that file.",
     ),
 ]
 _RECORDING_OUTPUT: Final = typer.Option(
@@ -149,7 +149,7 @@ Machine = Annotated[
         "--machine",
         metavar="NAME",
         envvar="EDGE_IDENT_MACHINE",
-        help="What the machine is called, for the head of the page.",
+        help="Name of the machine, for the heading of the page.",
     ),
 ]
 Seed = Annotated[

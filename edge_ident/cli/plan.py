@@ -55,11 +55,11 @@ def plan(
     output: MotionOutput = None,
     json: Json = False,
 ) -> None:
-    """Design the motion that separates the causes which recordings do not tell apart.
+    """Design a motion that separates the causes that the recordings leave open.
 
-    The recordings are diagnosed first. The motion stays inside the limits of the drive description
-    (--drive; default: those of the built-in drive), overshoot included. It is printed, with what it
-    separates; with --output, it is written to that file.
+    The recordings are diagnosed first. The motion and its overshoot stay inside the limits of the
+    drive description (--drive; default: the built-in drive). The motion and the causes that it
+    separates are printed; with --output, the motion is written to that file.
 
     Example: `edge-ident plan recording.csv --drive press.toml --output motion.json`
     """

@@ -17,8 +17,9 @@ MovedDevice = Annotated[
     typer.Option(
         "--device",
         metavar="DEVICE",
-        help="Board to measure, whose axes then move: a port such as /dev/ttyACM0, a pySerial URL, "
-        "tcp://HOST:PORT, or virtual; default: virtual, whatever environment and files name.",
+        help="Board to measure; its axes move. A port such as /dev/ttyACM0, a pySerial "
+        "URL, tcp://HOST:PORT, or virtual. Default: virtual; EDGE_IDENT_DEVICE and "
+        "the settings file do not count here.",
     ),
 ]
 Repetitions = Annotated[
@@ -27,8 +28,8 @@ Repetitions = Annotated[
         "--repetitions",
         min=1,
         metavar="NUMBER",
-        help="Repetitions of every measurement; of those that need a motion, at most five. 100 "
-        "take several minutes.",
+        help="Repetitions of each measurement; those that need a motion are repeated five "
+        "times at most. 100 repetitions take several minutes.",
     ),
 ]
 
@@ -49,11 +50,11 @@ def profile(
 ) -> None:
     """Measure how long each stage takes, from the last captured sample to verified gains.
 
-    A virtual board is measured. With --device your machine is, and its axes move with the effort
-    on: once along the sinusoid of the drive description, then up to ten times along its first
-    second. The gains in force are committed again and again, and taken back each time; what was
-    staged is staged again. The result is printed, with a bar for each stage where it stands in the
-    whole. With --output it is also written to profile.json in that folder, and drawn as
+    By default a virtual board is measured. With --device, your board is: its axes move with the
+    effort on, once along the sinusoid of the drive description, then up to ten times along its
+    first second. The active gains are committed and rolled back repeatedly; at the end, gains that
+    were staged before are staged again. The result is printed, with a bar that shows when each
+    stage runs. With --output it is also written to profile.json in that folder, and drawn as
     profile.svg.
 
     Example: `edge-ident profile --repetitions 200 --json`

@@ -55,8 +55,8 @@ class MotionOptions:
             max=9,
             metavar="NUMBER",
             envvar="EDGE_IDENT_MOST_MOTIONS",
-            help="Largest number of identification motions. After the first one, motions are "
-            "designed that separate the causes which a diagnosis leaves open.",
+            help="Largest number of identification motions. Those after the first are designed "
+            "to separate the causes that the diagnosis leaves open.",
         ),
     ] = 3
     most_seconds: Annotated[
@@ -66,7 +66,8 @@ class MotionOptions:
             min=1.0,
             metavar="NUMBER",
             envvar="EDGE_IDENT_MOST_SECONDS",
-            help="Longest duration of all identification motions together; default: no limit.",
+            help="Longest duration of all identification motions together, in s; default: no "
+            "limit.",
         ),
     ] = None
     until: Annotated[
@@ -76,8 +77,9 @@ class MotionOptions:
             parser=true_part,
             metavar="SHARE",
             envvar="EDGE_IDENT_UNTIL",
-            help="End the first motion as soon as half of every 95 % interval is at most this "
-            "share of the parameter (of the offset: of the Coulomb friction), such as 2% or 0.02.",
+            help="End the first motion early: as soon as the half-width of each 95 % interval "
+            "is at most this share of its parameter (for the offset: of the Coulomb "
+            "friction), such as 2% or 0.02.",
         ),
     ] = None
 
@@ -129,7 +131,7 @@ class DiagnosisOptions:
             min=0.0,
             metavar="NUMBER",
             envvar="EDGE_IDENT_DIAGNOSE_WITHIN",
-            help="Longest time for the diagnosis of all axes, s; its motions are not counted.",
+            help="Longest time for the diagnosis of all axes, in s; motions are not counted.",
         ),
     ] = 60.0
 
@@ -140,7 +142,8 @@ class GainOptions:
 
     bandwidth: Bandwidth = None
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Write no gains; forecast what they would be worth.")
+        bool,
+        typer.Option("--dry-run", help="Write no gains; forecast the tracking error with them."),
     ] = False
     store: Annotated[
         bool, typer.Option("--store", help="Store confirmed gains in the board's permanent memory.")
@@ -174,19 +177,20 @@ def run(
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by motions.
 
-    The gains are for the machine as it is, explained or not, and keep their margins wherever its
-    parameters lie in their intervals. They are read back after writing, and stay if no axis follows
-    worse on two motions; otherwise the old gains are restored. All motions are data for better
-    gains, which are written while the forecast promises 5 % more, three times at most.
+    The gains are designed for the machine as it is, also where its model is incomplete. They keep
+    their stability margins for all parameters within their 95 % intervals. After writing they are
+    read back. They stay if no axis follows worse on two motions; otherwise the old gains are
+    restored. These motions serve to design better gains: at most three sets are written, each if
+    the forecast promises at least 5 % less tracking error.
 
-    Then the axes whose base model is not enough are diagnosed. Where that leaves several
-    explanations, further motions are designed, announced and made. Ctrl-C ends it, and what was
-    confirmed stays. The results are printed and written to the folder given by --output, where no
-    file is written over. Without it, each run has a folder by date and time in edge-ident-runs, or
-    in that of the setting.
+    Then each axis is diagnosed whose base model (rigid body and friction) is not enough. If several
+    explanations remain, the command designs, announces and makes further motions. Ctrl-C ends the
+    command; confirmed gains stay. The results are printed and written to the folder given by
+    --output; existing files are never overwritten. Without --output, each run gets a folder, named
+    by date and time, in edge-ident-runs or in the folder of the setting output.
 
     With --until 2%, the first motion ends as soon as every parameter is known to 2 %, and the
-    result says how much of it was needed. New gains are then verified on the part that was made.
+    result says how much of the motion was needed. New gains are then verified on that part.
 
     Example: `edge-ident run --device /dev/ttyACM0 --dry-run`
 

@@ -43,7 +43,7 @@ ModelName = Annotated[
 Stiff = Annotated[
     bool,
     typer.Option(
-        "--stiff/--soft", help="Use gains designed for this drive, or weak start-up gains."
+        "--stiff/--soft", help="stiff: gains designed for this drive; soft: weak start-up gains."
     ),
 ]
 

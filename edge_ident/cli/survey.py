@@ -35,7 +35,7 @@ Jobs = Annotated[
         min=1,
         metavar="NUMBER",
         envvar="EDGE_IDENT_JOBS",
-        help="Recordings side by side; default: one for each core.",
+        help="Number of recordings analysed at the same time; default: one for each core.",
     ),
 ]
 Cluster = Annotated[
@@ -50,7 +50,8 @@ Cluster = Annotated[
 Units = Annotated[
     Literal["file", "folder"],
     typer.Option(
-        "--units", help="Whether each recording is a unit, or all recordings of one subfolder are."
+        "--units",
+        help="What counts as one unit: each file, or each subfolder with all its recordings.",
     ),
 ]
 Pattern = Annotated[
