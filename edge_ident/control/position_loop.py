@@ -51,7 +51,7 @@ _SHARPEST: Final = 1e-3
 
 @dataclass(frozen=True)
 class SprungLoad:
-    """Inertia behind a spring and damper; its resonance with the encoder's side held."""
+    """Inertia behind a spring and damper; its resonance with the encoder's side fixed."""
 
     inertia: float
     rate_rad_s: float

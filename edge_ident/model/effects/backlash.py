@@ -234,9 +234,7 @@ EFFECT: Final = Backlash(
                 ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")
             ),
         ),
-        signature=(
-            "a stretch of little effort and of fixed length after each reversal, then an impact"
-        ),
+        signature=("little effort over a fixed length after each reversal, then an impact"),
         alternatives=("presliding_hysteresis", "coupling_compliance"),
         experiment=(
             "reversals at several accelerations, some smaller than the play: --motion multisine"

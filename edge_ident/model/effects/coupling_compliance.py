@@ -1,9 +1,9 @@
 """Coupling compliance: part of the inertia hangs on a spring and a damper.
 
 The load, of load_inertia J, lags by d = x - x_load: d'' + 2·ζ·ω·d' + ω²·d = a + friction of the
-load over J, where ω is the load's resonance with the encoder's side held. It rings after reversals.
-For slow motion it adds -(J/ω²)·a'', which a smooth motion hardly shows. The base parameters include
-the load's share of inertia and friction.
+load over J, where ω is the load's resonance with the encoder's side fixed. It rings after
+reversals. For slow motion it adds -(J/ω²)·a'', which a smooth motion hardly shows. The base
+parameters include the load's share of inertia and friction.
 Source: two-mass drive, Ellis, Control System Design Guide, ch. 16.
 """
 
@@ -37,7 +37,7 @@ class CouplingCompliance(Effect):
 
     parameters = (
         Parameter("load_inertia", "{inertia}", 1e-12, 1e9, "part of the inertia behind the spring"),
-        Parameter("rate", "rad/s", 1e-3, 1e6, "the load's resonance, encoder's side held"),
+        Parameter("rate", "rad/s", 1e-3, 1e6, "the load's resonance, encoder's side fixed"),
         Parameter("damping_ratio", "1", 0.0, 0.99, "of that resonance"),
         Parameter(
             "deceleration",
@@ -230,7 +230,7 @@ def lag_states(
     Parameters
     ----------
     pole : (D, 1) array of complex
-        Of the load with the encoder's side held, in 1/s.
+        Of the load with the encoder's side fixed, in 1/s.
     load : (D, N) array
         Acceleration that drives the lag, but for dry friction.
     velocity : (N,) array

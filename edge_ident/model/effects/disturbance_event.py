@@ -96,7 +96,7 @@ EFFECT: Final = DisturbanceEvent(
     ),
     search=SearchSpec(
         forms=(Form(("level",), ("time", "duration")),),
-        signature="one short stretch of time, and not again where the motion repeats",
+        signature="one short time, and not again where the motion repeats",
         alternatives=("payload_change", "actuator_saturation", "backlash"),
         experiment="the same motion again",
         grid=_grid,

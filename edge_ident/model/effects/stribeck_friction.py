@@ -79,7 +79,7 @@ EFFECT: Final = StribeckFriction(
         forms=(Form(("level",), ("speed",)), Form(("level",), ("speed",), grid=_exponential)),
         signature="friction is higher at low speed, the same accelerating and decelerating",
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),
-        experiment="slow speeds held for long, both ways: --motion staircase",
+        experiment="long moves at slow speeds, both ways: --motion staircase",
         grid=_grid,
         largest=(Largest(("level",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.05,
