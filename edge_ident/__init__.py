@@ -18,7 +18,7 @@ __version__ = VERSION
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
     from edge_ident.baselines.comparison import Comparison, compare, comparison_methods
-    from edge_ident.commissioning.link.connect import connect
+    from edge_ident.commissioning.ports import connect
     from edge_ident.control.drive_gains import GainDesigns, design_gains
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
@@ -35,21 +35,19 @@ if TYPE_CHECKING:
         ModelError,
     )
     from edge_ident.estimation.network import Network, load_network
-    from edge_ident.estimation.outside_support import outside_support
+    from edge_ident.estimation.trust import outside_support
     from edge_ident.experiment.plan import plan_motion
     from edge_ident.experiment.result import MotionPlan
     from edge_ident.fleet.result import Survey, SurveyedRecording
     from edge_ident.fleet.survey import survey
     from edge_ident.identification.identify import identify
     from edge_ident.identification.result import AxisIdentification, Identification
-    from edge_ident.model.advice import Advice
-    from edge_ident.model.compensation import Compensation
-    from edge_ident.model.effect import Effect, Parameter
+    from edge_ident.model.effect import Advice, Compensation, Effect, Parameter
     from edge_ident.model.effects import register_effect
     from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model, Term
     from edge_ident.model.model_files import load_model, save_model, sourced_model
     from edge_ident.model.search import Form, SearchSpec
-    from edge_ident.signals.read_options import ReadOptions
+    from edge_ident.signals.read_columns import ReadOptions
     from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording
     from edge_ident.signals.recording_files import (
         Inspection,
@@ -57,8 +55,7 @@ if TYPE_CHECKING:
         load_recording,
         save_recording,
     )
-    from edge_ident.simulation.flexible import reduced_model
-    from edge_ident.simulation.simulate import simulate
+    from edge_ident.simulation.simulate import reduced_model, simulate
     from edge_ident.support.stopwatch import Stopwatch
     from firmware_interface.board import Board
     from firmware_interface.motion import Trajectory
@@ -131,67 +128,38 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "Advice": "edge_ident.model.advice",
-        "AxisDiagnosis": "edge_ident.diagnosis.result",
-        "AxisIdentification": "edge_ident.identification.result",
-        "AxisModel": "edge_ident.model.model",
-        "AxisRecord": "edge_ident.signals.recording",
-        "Board": "firmware_interface.board",
-        "BoardError": "edge_ident.errors",
-        "Comparison": "edge_ident.baselines.comparison",
-        "Compensation": "edge_ident.model.compensation",
-        "DataError": "edge_ident.errors",
-        "Diagnosis": "edge_ident.diagnosis.result",
-        "Drive": "edge_ident.drive.description",
-        "DriveAxis": "edge_ident.drive.description",
-        "EdgeIdentError": "edge_ident.errors",
-        "Effect": "edge_ident.model.effect",
-        "Estimate": "edge_ident.model.model",
-        "Form": "edge_ident.model.search",
-        "GainDesign": "edge_ident.control.gain_design",
-        "GainDesigns": "edge_ident.control.drive_gains",
-        "GainError": "edge_ident.errors",
-        "Identification": "edge_ident.identification.result",
-        "Inspection": "edge_ident.signals.recording_files",
-        "LinkError": "edge_ident.errors",
-        "Model": "edge_ident.model.model",
-        "ModelError": "edge_ident.errors",
-        "MotionPlan": "edge_ident.experiment.result",
-        "Network": "edge_ident.estimation.network",
-        "PARAMETERS": "edge_ident.model.model",
-        "Parameter": "edge_ident.model.effect",
-        "PassiveAxis": "edge_ident.signals.recording",
-        "ReadOptions": "edge_ident.signals.read_options",
-        "Recording": "edge_ident.signals.recording",
-        "SearchSpec": "edge_ident.model.search",
-        "Stopwatch": "edge_ident.support.stopwatch",
-        "Survey": "edge_ident.fleet.result",
-        "SurveyedRecording": "edge_ident.fleet.result",
-        "TOLERANCE": "edge_ident.diagnosis.tolerance",
-        "Term": "edge_ident.model.model",
-        "Trajectory": "firmware_interface.motion",
-        "compare": "edge_ident.baselines.comparison",
-        "comparison_methods": "edge_ident.baselines.comparison",
-        "connect": "edge_ident.commissioning.link.connect",
-        "design_gains": "edge_ident.control.drive_gains",
-        "diagnose": "edge_ident.diagnosis.diagnose",
-        "identify": "edge_ident.identification.identify",
-        "inspect_recording": "edge_ident.signals.recording_files",
-        "load_drive": "edge_ident.drive.description",
-        "load_model": "edge_ident.model.model_files",
-        "load_motion": "edge_ident.drive.motions",
-        "load_network": "edge_ident.estimation.network",
-        "load_recording": "edge_ident.signals.recording_files",
-        "outside_support": "edge_ident.estimation.outside_support",
-        "plan_motion": "edge_ident.experiment.plan",
-        "reduced_model": "edge_ident.simulation.flexible",
-        "register_effect": "edge_ident.model.effects",
-        "save_model": "edge_ident.model.model_files",
-        "save_motion": "edge_ident.drive.motions",
-        "save_recording": "edge_ident.signals.recording_files",
-        "simulate": "edge_ident.simulation.simulate",
-        "sourced_model": "edge_ident.model.model_files",
-        "survey": "edge_ident.fleet.survey",
+        "edge_ident.baselines.comparison": "Comparison compare comparison_methods",
+        "edge_ident.commissioning.ports": "connect",
+        "edge_ident.control.drive_gains": "GainDesigns design_gains",
+        "edge_ident.control.gain_design": "GainDesign",
+        "edge_ident.diagnosis.diagnose": "diagnose",
+        "edge_ident.diagnosis.result": "AxisDiagnosis Diagnosis",
+        "edge_ident.diagnosis.tolerance": "TOLERANCE",
+        "edge_ident.drive.description": "Drive DriveAxis load_drive",
+        "edge_ident.drive.motions": "load_motion save_motion",
+        "edge_ident.errors": "BoardError DataError EdgeIdentError GainError LinkError ModelError",
+        "edge_ident.estimation.network": "Network load_network",
+        "edge_ident.estimation.trust": "outside_support",
+        "edge_ident.experiment.plan": "plan_motion",
+        "edge_ident.experiment.result": "MotionPlan",
+        "edge_ident.fleet.result": "Survey SurveyedRecording",
+        "edge_ident.fleet.survey": "survey",
+        "edge_ident.identification.identify": "identify",
+        "edge_ident.identification.result": "AxisIdentification Identification",
+        "edge_ident.model.effect": "Advice Compensation Effect Parameter",
+        "edge_ident.model.effects": "register_effect",
+        "edge_ident.model.model": "AxisModel Estimate Model PARAMETERS Term",
+        "edge_ident.model.model_files": "load_model save_model sourced_model",
+        "edge_ident.model.search": "Form SearchSpec",
+        "edge_ident.signals.read_columns": "ReadOptions",
+        "edge_ident.signals.recording": "AxisRecord PassiveAxis Recording",
+        "edge_ident.signals.recording_files": (
+            "Inspection inspect_recording load_recording save_recording"
+        ),
+        "edge_ident.simulation.simulate": "reduced_model simulate",
+        "edge_ident.support.stopwatch": "Stopwatch",
+        "firmware_interface.board": "Board",
+        "firmware_interface.motion": "Trajectory",
     },
 )
 

@@ -12,8 +12,7 @@ import torch
 
 from edge_ident.errors import ModelError
 from edge_ident.model.model import AxisModel, Model
-from edge_ident.model.model_files import model_document
-from edge_ident.model.model_reading import model_of
+from edge_ident.model.model_files import model_document, model_of
 from export.configuration import Configuration
 from export.motion import TrainingMotion
 from export.network import ResidualNetwork

@@ -11,12 +11,11 @@ from edge_ident.errors import DataError, ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Model, regressor
 from edge_ident.model.motion import Motion
-from edge_ident.signals.conditioning import choose_cutoff
-from edge_ident.signals.dct import POINTS, subsample
-from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.conditioning import choose_cutoff, encoder_count, position_noise
 from edge_ident.signals.filters import differentiate
+from edge_ident.signals.metrics import POINTS, subsample
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.simulation.loop import Counting
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 
 MAPS = 10
 DENSE = 100

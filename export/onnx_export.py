@@ -19,7 +19,7 @@ from edge_ident.estimation.image import effort_image
 from edge_ident.estimation.manifest import VARIANTS, Manifest, Variant
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 from export.checkpoint import Checkpoint, trained_network
 from export.data import Batch, Batches
 from export.evaluate import (

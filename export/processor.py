@@ -8,7 +8,7 @@ from typing import Final
 import torch
 
 from edge_ident.errors import ModelError
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 from export.network import ResidualNetwork
 
 log = logging.getLogger(__name__)

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import effort_scale
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import catalogue, named, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term, regressor
 from edge_ident.model.motion import Motion
-from edge_ident.model.strengths import scale_of
 from edge_ident.signals.conditioning import condition
-from edge_ident.signals.dct import subsample
+from edge_ident.signals.metrics import subsample
 from export.drives import as_shares, efforts, mixture
 from export.motion import TrainingMotion, measured_position, perturbed
 

@@ -11,10 +11,10 @@ from typing import Final, Self
 
 from firmware_interface.board_checks import check_map
 from firmware_interface.board_gains import GainVerbs
-from firmware_interface.board_hold import BEATS_PER_TIMEOUT
 from firmware_interface.board_identification import BoardIdentification, wait_for_identification
-from firmware_interface.board_session import Session
+from firmware_interface.board_session import BEATS_PER_TIMEOUT, Session
 from firmware_interface.board_types import (
+    MAP_CRCS,
     AxisLimits,
     BoardIdentity,
     BoardStatus,
@@ -23,8 +23,7 @@ from firmware_interface.board_types import (
     read_limits,
     twice,
 )
-from firmware_interface.capture_pace import CapturePace
-from firmware_interface.capture_pages import fetch_pages, page_s, read_page
+from firmware_interface.capture_pages import CapturePace, fetch_pages, page_s, read_page
 from firmware_interface.codec import (
     crc32,
     decode,
@@ -34,9 +33,7 @@ from firmware_interface.codec import (
     trajectory_words,
 )
 from firmware_interface.errors import BoardError, EdgeIdentError, OvertakenError, SilentError
-from firmware_interface.heartbeat import Heartbeat
-from firmware_interface.link import Link
-from firmware_interface.map_versions import MAP_CRCS
+from firmware_interface.link import Heartbeat, Link
 from firmware_interface.motion import Trajectory, stop_duration_s
 from firmware_interface.registers import (
     AXES,

@@ -1,23 +1,27 @@
 """When a board must not be used, or refuses: the checks and what they tell the user."""
 
 import math
+import threading
 import time
-from collections.abc import Callable, Mapping
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Final, TypeVar
 
 import numpy as np
 
-from firmware_interface.board_types import BoardStatus
-from firmware_interface.codec import decode
+from firmware_interface.board_types import MAP_CRCS, BoardStatus, read_nonce, read_status
+from firmware_interface.codec import addresses, decode, read_spans
 from firmware_interface.errors import (
     BoardError,
+    ChangedWordError,
     LinkError,
     MotionRefusedError,
+    NoReplyError,
+    RestartedError,
     SilentError,
     StoppedError,
 )
-from firmware_interface.link import Link
-from firmware_interface.map_versions import MAP_CRCS
+from firmware_interface.link import Line, Link
 from firmware_interface.registers import (
     FAULT_TEXTS,
     FLOAT_TEST,
@@ -31,14 +35,18 @@ from firmware_interface.registers import (
     State,
 )
 
+_T = TypeVar("_T")
+
+
 _CLOCK_STALL_S: Final = 2.0
 STOPPED: Final = "another host or edge-ident stop has stopped this one"
+# What a gateway has swapped, by the magic number that comes of it.
 _SWAPPED: Final = {
     (MAGIC & 0xFFFF) << 16 | MAGIC >> 16: "words",
     int.from_bytes(MAGIC.to_bytes(4, "little"), "big"): "words and bytes",
     int.from_bytes(((MAGIC & 0xFFFF) << 16 | MAGIC >> 16).to_bytes(4, "little"), "big"): "bytes",
 }
-"""What a gateway has swapped, by the magic number that comes of it."""
+# What a status shows of a command that was carried out.
 _EFFECTS: Final[Mapping[Opcode, Callable[[BoardStatus], bool]]] = {
     Opcode.QUICK_STOP: lambda status: status.at_rest or status.state is State.STOPPING,
     Opcode.CLEAR_FAULT: lambda status: not status.fault,
@@ -47,7 +55,6 @@ _EFFECTS: Final[Mapping[Opcode, Callable[[BoardStatus], bool]]] = {
     Opcode.ENABLE: lambda status: status.enabled,
     Opcode.DISABLE: lambda status: not status.enabled,
 }
-"""What a status shows of a command that was carried out."""
 CLOCK_RANGE: Final = 2**32
 """A board's clock wraps around after so many samples."""
 
@@ -211,3 +218,128 @@ def check_effect(opcode: Opcode, status: BoardStatus) -> None:
         f"{opcode.name} had no effect: another command came in its place",
         "check the cable, make sure that no other host talks to the board, then: edge-ident stop",
     )
+
+
+# Words to and from a board: read back what is written, and notice what comes late or restarts.
+#
+# The heartbeat's thread shares the line: each transfer is whole before the next begins.
+
+_TRIES: Final = 3
+
+
+class BoardLine:
+    """A link to a board, and how far its clock was when it was asked last.
+
+    Parameters
+    ----------
+    link : Link
+
+    Attributes
+    ----------
+    line : Line or None
+        The link, where time passes while it brings a reply.
+    """
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self.line = link if isinstance(link, Line) else None
+        self._lock = threading.RLock()
+        self._unsaid: RestartedError | None = None  # what the heartbeat's thread met
+        self._nonce = read_nonce(self.read)
+        self._first_status = read_status(self.read)
+        self._clock = self._first_status.clock_samples
+
+    def read(self, address: int, count: int) -> list[int]:
+        """Words of consecutive registers."""
+        return self._transfer(lambda: self._link.read(address, count))
+
+    def write(self, address: int, words: list[int]) -> None:
+        """Write consecutive registers in one transfer, once."""
+        self._transfer(lambda: self._link.write(address, words))
+
+    def _transfer(self, work: Callable[[], _T]) -> _T:
+        with self._lock:
+            if self._unsaid is not None:
+                unsaid, self._unsaid = self._unsaid, None
+                raise unsaid
+            began_s = time.monotonic()
+            try:
+                return work()
+            except RestartedError as error:
+                self._restarted(error.nonce)
+                raise
+            finally:
+                if self.line is not None:
+                    took_s = time.monotonic() - began_s
+                    self.line.longest_reply_s = max(self.line.longest_reply_s, took_s)
+
+    def write_verified(self, writes: Sequence[tuple[int, list[int]]]) -> None:
+        """Write registers, (address, words) each, then read all of them back and compare.
+
+        Raises
+        ------
+        LinkError
+            What was read back differs.
+        """
+        for address, words in writes:
+            with suppress(NoReplyError):  # what counts is what reads back
+                self.write(address, words)
+        found = read_spans(self.read, [(address, len(words)) for address, words in writes])
+        for address, words in writes:
+            if [found[there] for there in addresses([(address, len(words))])] != words:
+                raise LinkError(
+                    f"registers from {address:#06x} read back differently from what was written",
+                    "check the cable and that no other host talks to the board, then try again",
+                )
+
+    def status(self) -> BoardStatus:
+        """State, fault, last command and counters, all of one moment.
+
+        One that contradicts itself is asked for again. A status that is older than the one before
+        came late, unless the board has restarted: its nonce decides.
+
+        Raises
+        ------
+        RestartedError
+            The board has restarted since it was asked last; said once.
+        LinkError
+            Old replies keep coming, or the line changes words.
+        """
+        for _ in range(_TRIES):
+            status = self._agreeing_status()
+            before, self._clock = self._clock, status.clock_samples
+            if not went_back(before, status.clock_samples):
+                return status
+            self._check_nonce()
+            self._clock = before
+        self._clock = status.clock_samples
+        raise LinkError(
+            f"late replies continue to arrive: the clock of the board reads "
+            f"{status.clock_samples} samples after {before}",
+            "check the cable and all devices between host and board, then try again",
+        )
+
+    def _agreeing_status(self) -> BoardStatus:
+        for _ in range(_TRIES):
+            status = read_status(self.read)
+            if _agrees(status):
+                return status
+        raise ChangedWordError("what the board says of its state contradicts itself")
+
+    def _check_nonce(self) -> None:
+        """Make sure that it is the board of before, which has not restarted."""
+        nonce = read_nonce(self.read)
+        if nonce != self._nonce:
+            self._restarted(nonce)
+            raise RestartedError(nonce)
+
+    def _restarted(self, nonce: int) -> None:
+        """Its clock began anew."""
+        self._nonce, self._clock = nonce, 0
+
+
+def _agrees(status: BoardStatus) -> bool:
+    """Whether what it says twice is the same; a word that the line changed may show so."""
+    full, rest = divmod(status.samples_captured, PAGE_SAMPLES)
+    pages = (full, full + 1) if rest else (full,)
+    return status.enabled == status.brake_released and status.pages_written in pages

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from firmware_interface.board_session import Session
-from firmware_interface.board_types import BoardIdentity, ReadWords
-from firmware_interface.codec import crc32, decode_integer
+from firmware_interface.board_types import BoardIdentity, ReadWords, checked_gains, received
+from firmware_interface.codec import addresses, crc32, decode_integer, read_spans
 from firmware_interface.errors import (
     BoardError,
     BusyError,
@@ -14,15 +14,19 @@ from firmware_interface.errors import (
     NoReplyError,
     RestartedError,
 )
-from firmware_interface.gain_words import bank_spans, decode_gains, span_of, staged_writes
-from firmware_interface.gains import OFF, AxisGains
-from firmware_interface.received import checked_gains, received
+from firmware_interface.gains import (
+    OFF,
+    AxisGains,
+    bank_spans,
+    decode_gains,
+    span_of,
+    staged_writes,
+)
 from firmware_interface.registers import AXES, REGISTERS, STORE_SIGNATURE, Opcode, Result
-from firmware_interface.spans import addresses, read_spans
 
 _TRIES: Final = 3
+# What a board says of gains that it takes at rest, but not now.
 _EXPECTED: Final = (Result.EFFORT_JUMP, Result.TRAJECTORY_LIMITS)
-"""What a board says of gains that it takes at rest, but not now."""
 
 
 @dataclass(frozen=True)

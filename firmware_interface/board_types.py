@@ -1,20 +1,32 @@
 """What a board tells of itself, in SI units."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import RawPage, decode_integer
-from firmware_interface.errors import ChangedWordError, LinkError
-from firmware_interface.gain_words import bank_spans, decode_gains
-from firmware_interface.gains import GAIN_FIELDS, AxisGains
-from firmware_interface.received import checked_gains, received, received_integer
-from firmware_interface.registers import AXES, MAGIC, MAP_VERSION, REGISTERS, Fault, Result, State
-from firmware_interface.spans import addresses, read_spans
+from firmware_interface import registers
+from firmware_interface.codec import RawPage, addresses, decode_array, decode_integer, read_spans
+from firmware_interface.errors import BoardError, ChangedWordError, LinkError
+from firmware_interface.gains import GAIN_FIELDS, AxisGains, bank_spans, decode_gains
+from firmware_interface.register import Register
+from firmware_interface.registers import (
+    AXES,
+    MAGIC,
+    MAP_CRC,
+    MAP_VERSION,
+    REGISTERS,
+    Fault,
+    Result,
+    State,
+)
 
 Array = NDArray[np.float64]
+
+
 ReadWords = Callable[[int, int], list[int]]
 
 
@@ -305,3 +317,68 @@ def page_in_si(page: RawPage, identity: BoardIdentity) -> CapturePage:
         effort_nm=np.multiply(page.effort, identity.effort_per_count_nm, dtype=np.float64),
         following_error_rad=np.multiply(page.following_error, rad_per_count, dtype=np.float64),
     )
+
+
+# What a board sends, believed only after a look: finite, in its range, a known code.
+
+
+def valid_value(register: Register, value: float) -> bool:
+    """Whether a value may stand in a register: finite, within its range, one of its codes."""
+    if register.enum:
+        return value in {int(code) for code in getattr(registers, register.enum)}
+    lowest = -math.inf if register.minimum is None else register.minimum
+    highest = math.inf if register.maximum is None else register.maximum
+    return math.isfinite(value) and lowest <= value <= highest
+
+
+def received(name: str, words: Sequence[int], base: int | None = None) -> float:
+    """Value of a register that is no array, from words as `codec.decode` takes them.
+
+    Raises
+    ------
+    BoardError
+        No such value may stand there.
+    """
+    register = registers.REGISTERS[name]
+    (value,) = decode_array(name, words, base)
+    if not valid_value(register, value):
+        raise _nonsense(name, value)
+    return value
+
+
+def received_integer(name: str, words: Sequence[int], base: int | None = None) -> int:
+    """Value of a code, counter or flag; see `received`."""
+    return int(received(name, words, base))
+
+
+def checked_gains(group: str, gains: Mapping[str, AxisGains]) -> dict[str, AxisGains]:
+    """Gains by axis; the group of registers is for the message.
+
+    Raises
+    ------
+    BoardError
+        A number is not finite.
+    """
+    for axis, bank in gains.items():
+        for name, value in bank.numbers().items():
+            if not math.isfinite(value):
+                raise _nonsense(f"{group}.{axis}.{name}", value)
+    return dict(gains)
+
+
+def _nonsense(name: str, value: float) -> BoardError:
+    return BoardError(
+        f"the board sends {value:g} as {name}, which is impossible",
+        "install the same release on board and host; if they are, have the board checked",
+    )
+
+
+# The register maps whose boards a host drives: its own, and the older ones that it still knows.
+
+MAP_CRCS: Final[Mapping[int, int]] = {
+    3: 0x58329FE3,
+    4: 0x0A052151,
+    5: 0x70F6F3EB,
+    MAP_VERSION: MAP_CRC,
+}
+"""CRC-32 of each map, by its version."""

@@ -1,17 +1,17 @@
 """Fetches the pages of a capture while the machine moves, and keeps the board's watchdog fed."""
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import Final
+from typing import Final, Self
 
 from firmware_interface.board_checks import MotionWatch, check_capture
-from firmware_interface.board_hold import POLL_S
-from firmware_interface.board_session import Session
+from firmware_interface.board_session import POLL_S, Session
 from firmware_interface.board_types import BoardIdentity, CapturePage, page_in_si
-from firmware_interface.capture_pace import PAGES_PER_ACKNOWLEDGE
 from firmware_interface.codec import decode_page
 from firmware_interface.errors import LinkError
 from firmware_interface.registers import (
@@ -97,3 +97,68 @@ def read_page(session: Session, identity: BoardIdentity, index: int) -> CaptureP
         f"capture page {index} is lost: its CRC is wrong or it was overwritten",
         "use a faster link or a less busy host, then repeat the motion",
     )
+
+
+# Whether a line brings a motion's pages before the board overwrites them, and how long it takes.
+#
+# A page fills 119 of the 125 registers that one Modbus reply may have, so a reply brings one page.
+# Nor do requests overlap: on a serial line a board discards what comes before its answer has left,
+# and over TCP a gateway to such a line forwards one request after the other. So the time of a reply
+# decides. What has not been fetched waits in the board's ring, and the end of a motion can be
+# fetched after it, as long as the ring holds it.
+
+PAGES_PER_ACKNOWLEDGE: Final = 16
+# Pages that surely wait without being overwritten.
+_ROOM: Final = PAGE_SLOTS - PAGES_PER_ACKNOWLEDGE
+
+
+@dataclass(frozen=True)
+class CapturePace:
+    """How fast a motion's pages are filled and fetched.
+
+    Attributes
+    ----------
+    pages : int
+        Of the motion.
+    filled_s : float
+        In which the board fills one.
+    fetched_s : float
+        In which the line brings one, signs of life in between included.
+    """
+
+    pages: int
+    filled_s: float
+    fetched_s: float
+
+    @classmethod
+    def of(cls, samples: int, sample_period_s: float, fetched_s: float) -> Self:
+        """Of so many samples."""
+        return cls(math.ceil(samples / PAGE_SAMPLES), PAGE_SAMPLES * sample_period_s, fetched_s)
+
+    @property
+    def keeps_up(self) -> bool:
+        """Whether no page waits."""
+        return self.fetched_s <= self.filled_s
+
+    @property
+    def overwritten(self) -> bool:
+        """Whether the board would overwrite pages."""
+        return self.fetched_s > self.needed_s
+
+    @property
+    def needed_s(self) -> float:
+        """Longest time for a page with which none is overwritten."""
+        waiting = self.pages - _ROOM  # of these, as many must be fetched while the motion lasts
+        return self.filled_s * self.pages / waiting if waiting > 0 else math.inf
+
+    @property
+    def longest_s(self) -> float:
+        """Longest motion of which no page is overwritten."""
+        if self.keeps_up:
+            return math.inf
+        return _ROOM * self.filled_s / (1.0 - self.filled_s / self.fetched_s)
+
+    @property
+    def all_fetched_s(self) -> float:
+        """Time from a motion's first sample to its last page."""
+        return self.pages * max(self.filled_s, self.fetched_s)

@@ -7,7 +7,7 @@ from firmware_interface.link import Link
 
 if TYPE_CHECKING:
     from firmware_interface.plant.plant import Plant
-    from firmware_interface.virtual.identification import Identifier
+    from firmware_interface.virtual.register_file import Identifier
 
 DEFAULT_BAUD_RATE: Final = 115200
 

@@ -72,17 +72,101 @@ bumpless changes of parameters.
 
 import math
 from types import ModuleType
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from firmware_interface.gains import FRICTION_ENTRIES, AxisGains
-from firmware_interface.interpolation import bounded, chosen, interpolated
-from firmware_interface.law_memory import NOTHING, Memory
 from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
+
+
+# What the control law remembers of its reference: presliding and backlash.
+
+# Terms of the gains whose effort depends on where the reference has been.
+_REMEMBERING: Final = frozenset({"presliding", "backlash"})
+
+
+class Memory(NamedTuple):
+    """What the law remembers of the reference.
+
+    Attributes
+    ----------
+    presliding : float or array
+        z, between -1 and 1.
+    backlash_rad : float or array
+        b.
+    """
+
+    presliding: Any = 0.0
+    backlash_rad: Any = 0.0
+
+    def after(self, gains: AxisGains, step_rad: Any, functions: ModuleType = math) -> "Memory":
+        """The same one sample later, or at several distances into a motion one way.
+
+        Parameters
+        ----------
+        gains : AxisGains
+        step_rad : float or array
+            Of the reference, from where this memory is.
+        functions : module
+            `math`, or numpy for arrays.
+        """
+        if gains.terms.isdisjoint(_REMEMBERING):
+            return self
+        sign, way = functions.copysign(1.0, step_rad), abs(step_rad)
+        z, b = self
+        if "presliding" in gains.terms:
+            z = z - (sign - z) * functions.expm1(-way / gains.presliding_distance_rad)
+        if "backlash" in gains.terms:
+            reached = sign * gains.backlash_offset_rad
+            b = b - (reached - b) * functions.expm1(-way / gains.backlash_distance_rad)
+        return Memory(z, b)
+
+    def kept(self, gains: AxisGains) -> "Memory":
+        """What is left of it for other gains: nothing of a term that they do not have."""
+        return Memory(
+            self.presliding if "presliding" in gains.terms else 0.0,
+            self.backlash_rad if "backlash" in gains.terms else 0.0,
+        )
+
+    def along(self, gains: AxisGains, position_rad: Array) -> "Memory":
+        """The memory at each sample of a stretch.
+
+        Parameters
+        ----------
+        gains : AxisGains
+        position_rad : (N + 1,) array
+            Of the reference: where this memory is, then sample by sample.
+
+        Returns
+        -------
+        Memory
+            Of (N,) arrays, or without arrays where the gains remember nothing.
+        """
+        if gains.terms.isdisjoint(_REMEMBERING):
+            return self
+        steps = np.diff(position_rad)
+        z, b = np.empty(len(steps)), np.empty(len(steps))
+        last, first = self, 0
+        for end in [*(np.flatnonzero(np.diff(np.signbit(steps))) + 1).tolist(), len(steps)]:
+            way = position_rad[first + 1 : end + 1] - position_rad[first]
+            z[first:end], b[first:end] = last.after(gains, way, np)
+            last, first = Memory(z[end - 1], b[end - 1]), end
+        return Memory(z, b)
+
+    @property
+    def last(self) -> "Memory":
+        """At the end of a stretch."""
+        return Memory(*(float(np.ravel(value)[-1]) for value in self))
+
+
+NOTHING: Final = Memory()
+"""What the law remembers where its controller was just reset."""
+
 
 CARRY_TIME_S: Final = 0.05
 """Time constant in which what bridges an exchange of gains decays. Five of them are the shortest
@@ -262,3 +346,150 @@ def _transmission_nm(
     )
     lost = gains.transmission_loss * direction * functions.copysign(1.0, passed)
     return passed / (1.0 - lost) - passed
+
+
+# Tables and bounds of the control law, for a number or for arrays of them.
+#
+# Where a value is not a number it counts as the lower bound, as C's fmaxf takes it.
+
+
+def bounded(value: Any, lowest: float, highest: float, functions: ModuleType) -> Any:
+    """The value, or the bound that it is beyond.
+
+    Parameters
+    ----------
+    value : float or array
+    lowest, highest : float
+    functions : module
+        `math`, or numpy for arrays; so in the functions below.
+    """
+    if functions is math:
+        return min(max(lowest, value), highest)
+    return np.fmin(np.fmax(value, lowest), highest)
+
+
+def chosen(condition: Any, then: Any, otherwise: Any, functions: ModuleType) -> Any:
+    """One of two values."""
+    if functions is math:
+        return then if condition else otherwise
+    return np.where(condition, then, otherwise)
+
+
+def interpolated(table: Any, at: Any, functions: ModuleType) -> Any:
+    """A table's value between its entries; it falls to zero over one cell beyond its ends.
+
+    Parameters
+    ----------
+    table : tuple, or (K, ...) array
+        Behind the entries come the axes of drives, where each has a table of its own.
+    at : float or array
+        Number of the entry, and share of the way to the next.
+    """
+    at = bounded(at, -1.0, len(table), functions)
+    cell = functions.floor(at)
+    share = at - cell
+    return (1.0 - share) * _entry(table, cell, functions) + share * _entry(
+        table, cell + 1, functions
+    )
+
+
+def _entry(table: Any, number: Any, functions: ModuleType) -> Any:
+    """Entry of a table; zero outside it."""
+    if functions is math:
+        return table[number] if 0 <= number < len(table) else 0.0
+    rows = np.asarray(table)
+    index = np.clip(number, 0, len(rows) - 1).astype(np.intp)
+    if rows.ndim == 1:
+        found = rows[index]
+    else:
+        shape = np.broadcast_shapes(index.shape, rows.shape[1:])
+        found = np.take_along_axis(rows, np.broadcast_to(index, shape)[None], axis=0)[0]
+    return np.where((number >= 0) & (number < len(rows)), found, 0.0)
+
+
+# The poles of an axis' position loop, sample by sample, as a rigid body.
+
+# 1 - w, where w = 1 / z delays by one sample; all polynomials here are in w.
+_DIFFERENCE = Polynomial([1.0, -1.0])
+
+
+def feedback_poles(
+    gains: AxisGains,
+    inertia: float,
+    viscous_friction: float,
+    *,
+    period_s: float,
+    control_delay_s: float,
+) -> np.ndarray:
+    """Poles of the sampled loop: the law without feed-forward and dead band, on a rigid body.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    inertia : float
+        kg·m², at the gearbox output; positive.
+    viscous_friction : float
+        N·m·s/rad.
+    period_s, control_delay_s : float
+        Of the loop; from the encoder latch to the effort that follows from it.
+
+    Returns
+    -------
+    (n,) complex array
+        In z: the loop is stable where all are smaller than 1. A law without proportional and
+        integral part leaves the position free, which counts as no pole.
+
+    Notes
+    -----
+    The effort acts from the delay after the latch for one period, so that the plant is exact
+    (modified z-transform: Åström and Wittenmark, Computer-Controlled Systems, section 2.3).
+    """
+    over, under = _plant(inertia, viscous_friction, period_s, control_delay_s)
+    taken = period_s / (gains.velocity_filter_s + period_s)
+    velocity_filter = Polynomial([1.0, taken - 1.0])
+    law, free = Polynomial([gains.derivative * taken / period_s]), velocity_filter * under
+    if gains.proportional > 0.0 or gains.integral > 0.0:
+        law = law * _DIFFERENCE + gains.proportional * velocity_filter
+        free *= _DIFFERENCE
+    if gains.integral > 0.0:
+        law = law * _DIFFERENCE + gains.integral * period_s * velocity_filter
+        free *= _DIFFERENCE
+    # as one in z: its leading coefficient is 1, that in w may be nothing but rounding
+    return np.roots((free + law * over).coef)
+
+
+def feedback_stable(
+    gains: AxisGains,
+    inertia: float,
+    viscous_friction: float,
+    *,
+    period_s: float,
+    control_delay_s: float,
+) -> bool:
+    """Whether all poles decay; a loop without feedback is stable. See `feedback_poles`."""
+    if not (gains.proportional or gains.derivative or gains.integral):
+        return True
+    poles = feedback_poles(
+        gains, inertia, viscous_friction, period_s=period_s, control_delay_s=control_delay_s
+    )
+    return bool(np.all(np.abs(poles) < 1.0))
+
+
+def _plant(
+    inertia: float, friction: float, period_s: float, delay_s: float
+) -> tuple[Polynomial, Polynomial]:
+    """Position over effort; the denominator without the factor 1 - w of the integration."""
+
+    def moved(time_s: float) -> float:
+        """Position after a unit effort for so long."""
+        share = friction * time_s / inertia
+        if share < 1e-4:
+            return time_s**2 / (2.0 * inertia) * (1.0 - share / 3.0)
+        return (time_s + inertia / friction * math.expm1(-share)) / friction
+
+    late, rest_s = divmod(delay_s, period_s)
+    decay = math.exp(-friction * period_s / inertia)
+    pulse = np.diff([0.0, *(moved(k * period_s - rest_s) for k in (1, 2, 3))])
+    under = Polynomial([1.0, -decay])
+    over = Polynomial((Polynomial(pulse) * _DIFFERENCE * under).coef[:3])
+    return over * Polynomial([0.0] * (int(late) + 1) + [1.0]), under

@@ -7,12 +7,25 @@ A bank is accepted if every number n with its largest value N (the gain_maximum 
 but those in `SIGNED` are not below it. The entries of a table count as numbers of their own.
 """
 
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Final, Self
 
 import numpy as np
+
+from firmware_interface.codec import (
+    WRITTEN_WORDS,
+    Span,
+    addresses,
+    bytes_to_words,
+    crc32,
+    encode,
+    transfers,
+    words_to_bytes,
+)
+from firmware_interface.registers import AXES, MAP_VERSION, REGISTERS
 
 RIPPLES: Final = 4
 """Entries of the ripple table."""
@@ -61,6 +74,7 @@ POSITIVE: Final = frozenset(
 """Numbers that divide, and so may not be zero."""
 MOST_LOSS: Final = 0.9
 """No board may set a larger maximum for `transmission_loss`: all of it would divide by zero."""
+# Terms of the law that are off where all of these numbers are zero.
 _TERMS: Final = {
     "stribeck": ("stribeck_feedforward",),
     "viscous_difference": ("viscous_difference_feedforward",),
@@ -80,7 +94,6 @@ _TERMS: Final = {
     ),
     "transmission": ("transmission_loss",),
 }
-"""Terms of the law that are off where all of these numbers are zero."""
 
 
 @dataclass(frozen=True)
@@ -271,3 +284,88 @@ def numbers_in_use(banks: Sequence[AxisGains]) -> list[str]:
         for name, default in OFF.items()
         if name in _ALWAYS or any(bank[name] != default for bank in numbers)
     ]
+
+
+# Gain banks as words: in which order, and at which addresses.
+#
+# A bank's words stand in the order of their addresses: of all axes the numbers that map 3 had, then
+# of all axes those that came with map 4. Its CRC-32 is of all of them.
+
+# The first number that each version of the map brought.
+_FIRST: Final = {3: "proportional", 4: "friction_top_speed"}
+# Words of one axis that each version of the map brought.
+_WORDS: Final = {
+    version: sum(
+        register.words
+        for register in REGISTERS.values()
+        if register.name.startswith(f"active.{AXES[0]}.") and register.since == version
+    )
+    for version in _FIRST
+}
+
+
+def encode_gains(gains: Mapping[str, AxisGains], version: int = MAP_VERSION) -> list[int]:
+    """Words of the axes in a gain bank of this version of the map, without CRC."""
+    left = {axis: list(bank.numbers().values()) for axis, bank in gains.items()}
+    words = []
+    for count in _counts(version):
+        for axis in (axis for axis in AXES if axis in gains):
+            words += bytes_to_words(struct.pack(f">{count}f", *left[axis][:count]))
+            del left[axis][:count]
+    return words
+
+
+def decode_gains(
+    words: Sequence[int], version: int = MAP_VERSION, axes: Sequence[str] = AXES
+) -> dict[str, AxisGains]:
+    """Gains of the axes from a bank's words; numbers that its map does not have are off."""
+    numbers: dict[str, list[float]] = {axis: [] for axis in axes}
+    first = 0
+    for count in _counts(version):
+        for axis in axes:
+            packed = words_to_bytes(words[first : first + 2 * count])
+            numbers[axis] += struct.unpack(f">{count}f", packed)
+            first += 2 * count
+    return {axis: AxisGains.of_numbers(numbers[axis]) for axis in axes}
+
+
+def _counts(version: int) -> list[int]:
+    """Numbers of one axis in each part of a bank."""
+    return [words // 2 for since, words in _WORDS.items() if since <= version]
+
+
+def bank_spans(group: str, version: int = MAP_VERSION, axes: Sequence[str] = AXES) -> list[Span]:
+    """Where the words of a bank stand, in their order.
+
+    Parameters
+    ----------
+    group : {"active", "shadow", "gain_maximum"}
+    version : int
+        Of the board's map.
+    axes : sequence of str
+    """
+    return [
+        (REGISTERS[f"{group}.{axis}.{_FIRST[since]}"].address, words)
+        for since, words in _WORDS.items()
+        if since <= version
+        for axis in axes
+    ]
+
+
+def span_of(name: str) -> Span:
+    """Where a register stands."""
+    return REGISTERS[name].address, REGISTERS[name].words
+
+
+def staged_writes(
+    gains: Mapping[str, AxisGains], version: int = MAP_VERSION
+) -> tuple[list[tuple[int, list[int]]], int]:
+    """The writes, as (address, words), that stage gains, and their CRC, which goes out last."""
+    bank, crc = encode_gains(gains, version), span_of("shadow.crc")
+    spans = bank_spans("shadow", version)
+    words = dict(zip(addresses(spans), bank, strict=True))
+    words |= zip(addresses([crc]), encode("shadow.crc", crc32(bank)), strict=True)
+    parts = sorted(
+        transfers([*spans, crc], WRITTEN_WORDS), key=lambda part: part[0] <= crc[0] < sum(part)
+    )
+    return [(first, [words[a] for a in addresses([(first, n)])]) for first, n in parts], crc32(bank)

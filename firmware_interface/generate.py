@@ -6,17 +6,160 @@ code is 1 when a file is out of date.
 
 import re
 import sys
+import tomllib
+import zlib
 from collections.abc import Iterator
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from firmware_interface.register import Register
-from firmware_interface.register_map import Enumeration, RegisterMap, load_map
+from firmware_interface.register import WORDS, Register
+
+# Reads registers.toml: expands the blocks, checks the layout, computes the map's CRC-32.
+
+SOURCE: Final = Path(__file__).with_name("registers.toml")
+_READ_LIMIT: Final = 125
+_CRC_WORDS: Final = 2
+_HEADER_WORDS: Final = 5
+_SAMPLE_WORDS_PER_AXIS: Final = 4
+
+
+@dataclass(frozen=True)
+class Code:
+    """One value of an enumeration; `since` as of a register."""
+
+    name: str
+    value: int
+    meaning: str
+    next_step: str | None = None
+    since: int = 3
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """A register's codes."""
+
+    name: str
+    description: str
+    codes: tuple[Code, ...]
+
+
+@dataclass(frozen=True)
+class PageLayout:
+    """Where the capture pages lie: page n in slot n mod slots."""
+
+    address: int
+    slots: int
+    slot_registers: int
+    samples: int
+
+
+@dataclass(frozen=True)
+class RegisterMap:
+    """The whole map."""
+
+    magic: int
+    version: int
+    float_test: float
+    store_signature: int
+    session_lease: float
+    axes: tuple[str, ...]
+    page: PageLayout
+    enums: tuple[Enumeration, ...]
+    registers: tuple[Register, ...]
+
+    @property
+    def crc(self) -> int:
+        """CRC-32 of all that both sides must agree on; descriptions are left out."""
+        lines = [f"magic {self.magic} version {self.version} axes {' '.join(self.axes)}"]
+        lines.append(f"session lease {self.session_lease!r}")
+        page = self.page
+        lines.append(f"page {page.address} {page.slots} {page.slot_registers} {page.samples}")
+        codes = [(e, c) for e in self.enums for c in e.codes if c.since <= self.version]
+        lines += [f"{e.name} {c.name} {c.value}" for e, c in codes]
+        lines += [f"{r.name} {r.address} {r.type} {r.count} {r.scale!r}" for r in self.registers]
+        return zlib.crc32("\n".join(lines).encode())
+
+    @property
+    def page_words(self) -> int:
+        """Modbus registers of one page: header, samples, CRC."""
+        return (
+            _HEADER_WORDS + self.page.samples * len(self.axes) * _SAMPLE_WORDS_PER_AXIS + _CRC_WORDS
+        )
+
+
+def load_map(path: Path = SOURCE) -> RegisterMap:
+    """Read and check the map.
+
+    Raises
+    ------
+    ValueError
+        Two registers overlap, a name comes twice, or a page does not fit into one read.
+    """
+    data = tomllib.loads(path.read_text("utf-8"))
+    structures = {entry["name"]: entry["registers"] for entry in data["structure"]}
+    registers = [_register(entry, entry["group"]) for entry in data["register"]]
+    for block in data["block"]:
+        registers += _expand(block, structures)
+    loaded = RegisterMap(
+        magic=data["magic"],
+        version=data["version"],
+        float_test=data["float_test"],
+        store_signature=data["store_signature"],
+        session_lease=data["session_lease"],
+        axes=tuple(data["axes"]),
+        page=PageLayout(**data["page"]),
+        enums=tuple(
+            Enumeration(e["name"], e["description"], tuple(Code(**code) for code in e["values"]))
+            for e in data["enum"]
+        ),
+        registers=tuple(sorted(registers, key=lambda register: register.address)),
+    )
+    _check(loaded)
+    return loaded
+
+
+def _register(entry: dict[str, Any], prefix: str, base: int = 0) -> Register:
+    """One entry; an offset counts from the base."""
+    fields = {key: value for key, value in entry.items() if key not in ("group", "offset", "name")}
+    fields["address"] = entry.get("address", base + entry.get("offset", 0))
+    return Register(name=f"{prefix}.{entry['name']}", **fields)
+
+
+def _expand(block: dict[str, Any], structures: dict[str, list[dict[str, Any]]]) -> list[Register]:
+    """All registers of all instances of a block."""
+    entries = block["registers"]
+    if isinstance(entries, str):
+        entries = [entry | {"access": block["access"]} for entry in structures[entries]]
+    if "since" in block:
+        entries = [entry | {"since": block["since"]} for entry in entries]
+    return [
+        _register(entry, f"{block['group']}.{instance}", block["address"] + n * block["stride"])
+        for n, instance in enumerate(block["instances"])
+        for entry in entries
+    ]
+
+
+def _check(loaded: RegisterMap) -> None:
+    enums = {enum.name for enum in loaded.enums}
+    taken: dict[int, str] = {}
+    for register in loaded.registers:
+        if register.type not in WORDS or (register.enum and register.enum not in enums):
+            raise ValueError(f"{register.name}: unknown type or enumeration")
+        for address in range(register.address, register.address + register.words):
+            if address in taken:
+                raise ValueError(f"{register.name} overlaps {taken[address]} at {address:#06x}")
+            taken[address] = register.name
+    if len({register.name for register in loaded.registers}) < len(loaded.registers):
+        raise ValueError("a register name comes twice")
+    if max(taken) >= loaded.page.address:
+        raise ValueError("registers run into the capture pages")
+    if loaded.page_words > min(loaded.page.slot_registers, _READ_LIMIT):
+        raise ValueError(f"a page of {loaded.page_words} registers does not fit into one read")
+
 
 _PACKAGE: Final = Path(__file__).parent
-_FIRST_MAP: Final = 3
-"""Oldest map that a host still drives a board of."""
+_FIRST_MAP: Final = 3  # oldest map that a host still drives a board of
 _BANKS: Final = ("gain_maximum", "active", "shadow")
 _NOTE: Final = "Generated from registers.toml by firmware_interface/generate.py; do not edit."
 _C_TYPES: Final = {
@@ -69,6 +212,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
     yield _NOTE
     yield '"""'
     yield "# ruff: noqa: E501"
+    yield "# fmt: off"
     yield ""
     yield "from enum import IntEnum"
     yield "from typing import Final"
@@ -87,8 +231,7 @@ def _python(source: RegisterMap) -> Iterator[str]:
         yield from _python_texts(enum)
     yield ""
     yield "_ALL = ("
-    for register in source.registers:
-        yield from _python_register(register)
+    yield from map(_python_register, source.registers)
     yield ")"
     yield "REGISTERS: Final = {register.name: register for register in _ALL}"
 
@@ -115,21 +258,20 @@ def _python_texts(enum: Enumeration) -> Iterator[str]:
         yield ""
         yield f"{enum.name.upper()}_TEXTS: Final = {{"
         for code in enum.codes:
-            yield f"    {enum.name}.{code.name}: ("
-            yield f'        "{code.meaning}",'
-            yield f'        "{code.next_step}",'
-            yield "    ),"
+            yield f'    {enum.name}.{code.name}: ("{code.meaning}", "{code.next_step}"),'
         yield "}"
 
 
-def _python_register(register: Register) -> Iterator[str]:
-    yield "    Register("
-    for field in fields(register):
-        value = getattr(register, field.name)
-        if field.default is MISSING or value != field.default:
-            text = f'"{value}"' if isinstance(value, str) else repr(value)
-            yield f"        {field.name}={text},"
-    yield "    ),"
+def _python_register(register: Register) -> str:
+    """One line: what every register has by its place, the rest where it is not the default."""
+    values = {field: getattr(register, field.name) for field in fields(register)}
+    given = [
+        ("" if field.default is MISSING else f"{field.name}=")
+        + (f'"{value}"' if isinstance(value, str) else repr(value))
+        for field, value in values.items()
+        if field.default is MISSING or value != field.default
+    ]
+    return f"    Register({', '.join(given)}),"
 
 
 def _c_name(register: Register) -> str:

@@ -1,16 +1,4 @@
-"""Modbus RTU and TCP, the client's half; this file and `serial_client` alone know pymodbus.
-
-RTU replies carry no number, so after a timeout the late reply to one request can pass for the
-reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
-hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
-reply time and reads the identity, which nothing else can pass for: it begins with the magic
-number. Its nonce, and only that, tells that the board has restarted. A second copy of a reply
-could pass for the next one, too: between two reads of one length from different places stands one
-of another length. And a reply may be later still: as long as one of the same length from another
-place could be on its way, words count when more replies than that say the same. Capture pages need
-none of this, for they say which they are. Reads are repeated, writes never: what became of a
-command is read back, also where a reply refuses it, which a gateway may have made.
-"""
+"""Modbus RTU and TCP, the client's half; this file alone knows pymodbus."""
 
 import errno
 import logging
@@ -24,6 +12,7 @@ import serial
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.exceptions import ConnectionException, ModbusException
+from pymodbus.framer import FramerRTU
 from pymodbus.pdu import ExceptionResponse, ModbusPDU
 from pymodbus.pdu.register_message import (
     ReadHoldingRegistersResponse,
@@ -40,18 +29,150 @@ from firmware_interface.errors import (
     RestartedError,
     ValueRefusedError,
 )
-from firmware_interface.heard import Heard
 from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
-from firmware_interface.serial_client import SerialClient
+
+# pymodbus's client of a serial line, made prompt, and deaf to the line's echo.
+
+
+class SerialClient(ModbusSerialClient):
+    """Waits for bytes in the kernel; pymodbus's own polling costs 2 ms a request.
+
+    An RS-485 adapter may hear itself: what was sent then comes back before the reply. No reply
+    begins with its whole request, so that is taken off. pymodbus does so on request, but takes the
+    first byte of a reply, which comes alone, for the first of an echo.
+    """
+
+    _sent = b""
+
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:
+        """Send, and keep in mind what; otherwise as pymodbus."""
+        self._sent = request
+        return super().send(request, addr)
+
+    def recv(self, size: int | None) -> bytes:
+        """What has come, once it is more than the beginning of an echo; nothing after a while."""
+        if not self.socket:
+            raise ConnectionException(str(self))
+        try:
+            heard = self._heard()
+            while heard and self._sent.startswith(heard) and (more := self._heard()):
+                heard += more
+        except OSError as error:
+            self.close()  # type: ignore[no-untyped-call]
+            raise ConnectionException(str(self)) from error
+        reply = heard.removeprefix(self._sent)
+        if len(reply) < len(heard):
+            self._sent = b""  # what follows is the reply's
+        return reply
+
+    def _heard(self) -> bytes:
+        assert self.socket is not None
+        return bytes(self.socket.read(1) + self.socket.read(self.socket.in_waiting))
+
+
+# What came over a line in the place of a reply, in words.
+
+_MOST: Final = 1024  # bytes that are kept: four times the longest reply
+_SHOWN: Final = 16
+_TEXT: Final = 0.9  # share of letters, digits and blanks from which bytes are text
+_SHORTEST: Final = 5  # bytes of a refusal; every other reply is longer
+# First bytes of a reply behind the device's number.
+_FUNCTIONS: Final = (0x03, 0x04, 0x10, 0x83, 0x84, 0x90)
+CABLE: Final = (
+    "check cable, shield, ground and termination of the line between board and host, and keep it "
+    "away from motor cables"
+)
+
+
+class Heard:
+    """Bytes that came since the last request.
+
+    Parameters
+    ----------
+    device_id : int
+        That replies begin with.
+
+    Attributes
+    ----------
+    damaged : int
+        Requests so far after which bytes came that were no reply.
+    """
+
+    def __init__(self, device_id: int) -> None:
+        self._device_id = device_id
+        self._bytes = b""
+        self.damaged = 0
+
+    def note(self, sending: bool, data: bytes) -> bytes:
+        """Take note of bytes on their way, as pymodbus asks for it; they stay as they are."""
+        if sending:
+            self._bytes = b""
+        elif data.startswith(self._bytes):  # what pymodbus could not use yet, and more
+            self._bytes = data[:_MOST]
+        else:
+            self._bytes = (self._bytes + data)[:_MOST]
+        return data
+
+    def missed(self) -> tuple[str, str] | None:
+        """What came in the place of a reply, and what to do; None where nothing came."""
+        if not self._bytes:
+            return None
+        self.damaged += 1
+        data = self._bytes
+        what = f"{len(data)} bytes" if len(data) > 1 else "1 byte"
+        shown = data[:_SHOWN].hex(" ") + (" …" if len(data) > _SHOWN else "")
+        text = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in data)
+        if (before := self._before_whole_reply()) is not None:
+            return f"{before} bytes before a whole reply: {shown}", CABLE
+        if self._begins_as_reply():
+            return f"a damaged reply of {what}, whose checksum is wrong: {shown}", CABLE
+        if text >= _TEXT * len(data):
+            line = data.decode("ascii", "replace").strip().splitlines() or [""]
+            return (
+                f"{what} of text: {line[0][:40]!r}",
+                "take the port on which the board answers Modbus; a console prints text",
+            )
+        return (
+            f"{what} that are no reply: {shown}",
+            "set the same baud rate, parity and stop bits on board and host (--baud-rate), and "
+            + CABLE,
+        )
+
+    def _before_whole_reply(self) -> int | None:
+        """How many bytes came before a reply whose checksum is right."""
+        data, check = self._bytes, int.from_bytes(self._bytes[-2:], "big")
+        for at in range(1, len(data) - _SHORTEST + 1):
+            body = data[at:-2]
+            begins = body[0] == self._device_id and body[1] in _FUNCTIONS
+            if begins and FramerRTU.check_CRC(body, check):
+                return at
+        return None
+
+    def _begins_as_reply(self) -> bool:
+        data = self._bytes
+        return len(data) > 1 and data[0] == self._device_id and data[1] in _FUNCTIONS
+
+
+# Modbus RTU and TCP, the client's half; this file and `serial_client` alone know pymodbus.
+#
+# RTU replies carry no number, so after a timeout the late reply to one request can pass for the
+# reply to the next. Hence a link is dirty from the moment a request leaves until its reply is in
+# hand. The next request on a dirty link first drains the line, keeps silent for the board's worst
+# reply time and reads the identity, which nothing else can pass for: it begins with the magic
+# number. Its nonce, and only that, tells that the board has restarted. A second copy of a reply
+# could pass for the next one, too: between two reads of one length from different places stands one
+# of another length. And a reply may be later still: as long as one of the same length from another
+# place could be on its way, words count when more replies than that say the same. Capture pages
+# need none of this, for they say which they are. Reads are repeated, writes never: what became of a
+# command is read back, also where a reply refuses it, which a gateway may have made.
 
 DEVICE_ID: Final = 1
 _NONCE: Final = REGISTERS["identity.nonce"]
 _IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
 _TRIES: Final = 3
+# Exceptions of a gateway that has no way to the board, or no answer of it.
 _BY_GATEWAY: Final = (10, 11)
-"""Exceptions of a gateway that has no way to the board, or no answer of it."""
-_LATEST_S: Final = 2.0
-"""Time after which no adapter still holds a reply."""
+_LATEST_S: Final = 2.0  # time after which no adapter still holds a reply
 _SERIAL_ADVICE: Final = (
     "check port and baud rate, that the board is on, and that nothing else talks to it "
     "(ModemManager probes new ttyACM ports: stop it or exempt the port)"

@@ -37,11 +37,9 @@ _WRITE_LIMIT: Final = 123
 _LONGEST_FRAME: Final = 256
 _CRC_BYTES: Final = 2
 _HEADER: Final = struct.Struct(">HHHB")
-_LONGEST_BODY: Final = 254
-"""Unit identifier and PDU."""
+_LONGEST_BODY: Final = 254  # unit identifier and PDU
 _HOLDER: Final = REGISTERS["session.key"]
-_KEYS: Final = (_HOLDER, REGISTERS["command.key"])
-"""Where a host writes its key."""
+_KEYS: Final = (_HOLDER, REGISTERS["command.key"])  # where a host writes its key
 
 
 def answer(link: Link, request: bytes) -> bytes:

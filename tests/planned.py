@@ -43,7 +43,7 @@ from firmware_interface.plant import (
     paper,
     simulate,
 )
-from firmware_interface.plant.motions import LEAD, TAIL
+from firmware_interface.plant.drives import LEAD, TAIL
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from firmware_interface.plant import (
     draw_drives,
     simulate,
 )
-from firmware_interface.plant.motions import LEAD, TAIL
+from firmware_interface.plant.drives import LEAD, TAIL
 
 LEAD_M_PER_RAD = 0.004 / (2.0 * np.pi)
 LAP_S = 4.8

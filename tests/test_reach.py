@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky_banded, solve_banded
 
 from firmware_interface.plant import COUNT_RAD, SAMPLE_S
-from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
+from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 from tests.test_evaluation import outcome
 from tools.diagnosis_benchmark.outcome import REACH
 from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edge_ident.baselines.comparison import compare
-from edge_ident.baselines.methods import all_methods
+from edge_ident.baselines.methods import METHODS
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
@@ -20,7 +20,7 @@ from edge_ident.model.model import Model
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
-from edge_ident.support.json_text import to_json
+from edge_ident.support.documents import to_json
 from export.motion import motion_from
 from tests.repetitions import a_few
 from tests.synthetic import LAP_S, Synthetic, arm, carriage, motor
@@ -77,7 +77,7 @@ def test_the_slide_moves_in_metres_and_newtons(slide: Synthetic) -> None:
 
 def test_every_method_says_what_the_slide_is(slide: Synthetic) -> None:
     rows = {row.method: row for row in compare(load_recording(slide.path), None).axes["q"].rows}
-    assert list(rows) == list(all_methods())
+    assert list(rows) == list(METHODS)
     usual = rows["ordinary_least_squares"].estimate
     assert usual is not None
     # the delay of 18 ms, and more than timing takes, moves the viscous friction of all by 40 %

@@ -36,7 +36,7 @@ NOT_INSTALLED: Final = (
     ":(exclude)firmware_interface/generate.py",
     ":(exclude)firmware_interface/hdl",
     ":(exclude)firmware_interface/reference_firmware",
-    ":(exclude)firmware_interface/register_map.py",
+    ":(exclude)firmware_interface/generate.py",
     ":(exclude)firmware_interface/registers.h",
     ":(exclude)firmware_interface/registers.toml",
 )

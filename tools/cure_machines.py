@@ -12,8 +12,8 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, Reference, SineComponent, reference
 from firmware_interface.plant import COUNT_RAD, Drives, Effect, Plant, draw, draw_drives
 from firmware_interface.plant import Motion as PlantMotion
+from firmware_interface.plant.drives import LEAD, SAMPLE_S, TAIL
 from firmware_interface.plant.hiding import CLEAR
-from firmware_interface.plant.motions import LEAD, SAMPLE_S, TAIL
 from firmware_interface.plant.plant import DELAY
 from firmware_interface.registers import AXES
 from firmware_interface.virtual.controller import AxisController, Setpoint

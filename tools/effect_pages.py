@@ -12,7 +12,7 @@ from typing import Final
 
 from edge_ident.model.effect import Effect, Parameter
 from edge_ident.model.effects import catalogue
-from edge_ident.model.model_reading import unit_of
+from edge_ident.model.model_files import unit_of
 from tools.generated_page import write_or_check
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "effects.md"

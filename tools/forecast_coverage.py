@@ -17,13 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from edge_ident.commissioning.gains.change import check_change
-from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.promise import Errors, Promise, promised
-from edge_ident.commissioning.gains.tracking_forecast import of_motor
-from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
-from edge_ident.commissioning.motion.second_motion import second_motion, within_limits
+from edge_ident.commissioning.drawn_loads import Grounds, RecordedMotion
+from edge_ident.commissioning.further_motions import second_motion, within_limits
+from edge_ident.commissioning.gain_change import check_change
+from edge_ident.commissioning.promise import Errors, Promise, promised
 from edge_ident.commissioning.run import board_designs
+from edge_ident.commissioning.tracking_forecast import of_motor
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MOTIONS, MotionName, named_trajectory
 from edge_ident.errors import EdgeIdentError

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.motion.capture import Capture, capture_motion
+from edge_ident.commissioning.capture import Capture, capture_motion
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive
@@ -21,10 +21,9 @@ from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains, Bank
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
-from firmware_interface.plant.catalogue import EFFECTS, draw
-from firmware_interface.plant.drives import COUNT_RAD, draw_drives
+from firmware_interface.plant.drives import COUNT_RAD, draw_drives, paper
 from firmware_interface.plant.effect import Effect
-from firmware_interface.plant.motions import paper
+from firmware_interface.plant.hiding import EFFECTS, draw
 from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.registers import AXES
 from firmware_interface.virtual.board import VirtualBoard

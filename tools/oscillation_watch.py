@@ -15,7 +15,7 @@ from typing import Annotated, Final
 import numpy as np
 import typer
 
-from firmware_interface.feedback import feedback_poles
+from firmware_interface.control_law import feedback_poles
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.virtual.controller import AxisController, Setpoint
 from firmware_interface.virtual.drive import (
@@ -23,8 +23,8 @@ from firmware_interface.virtual.drive import (
     EFFORT_PER_COUNT_NM,
     RAD_PER_COUNT,
     SAMPLE_PERIOD_S,
+    OscillationWatch,
 )
-from firmware_interface.virtual.oscillation import OscillationWatch
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 LONGEST_S: Final = 8.0

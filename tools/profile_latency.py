@@ -33,8 +33,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy is loaded, as edge
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.latency.measure import board_at, measured_ways, profile_device
-from edge_ident.commissioning.latency.result import spread
+from edge_ident.commissioning.latency import board_at, measured_ways, profile_device, spread
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive, load_drive
@@ -44,7 +43,7 @@ from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
 from edge_ident.report import profile_document, profile_view, show, write_json
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.stopwatch import Stopwatch
 

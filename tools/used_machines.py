@@ -31,7 +31,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.motion.second_motion import second_motion, within_limits
+from edge_ident.commissioning.further_motions import second_motion, within_limits
 from edge_ident.control.gain_design import design
 from edge_ident.drive.description import load_drive
 from edge_ident.errors import EdgeIdentError
@@ -44,7 +44,7 @@ from firmware_interface.plant.plant import DELAY
 from firmware_interface.registers import AXES, State
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
-from firmware_interface.virtual.gain_banks import GainBanks
+from firmware_interface.virtual.settings import GainBanks
 from tools.judged_machines import JudgedMachine, third_motion, watched, worse_by
 from tools.used_machine_table import key_of, table
 

@@ -18,17 +18,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.gains.change import check_change, put_in_force
-from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.trial import MotionBefore
-from edge_ident.commissioning.motion.second_motion import NamedMotion, second_motion, within_limits
+from edge_ident.commissioning.drawn_loads import Grounds
+from edge_ident.commissioning.further_motions import NamedMotion, second_motion, within_limits
+from edge_ident.commissioning.gain_change import check_change, put_in_force
+from edge_ident.commissioning.gain_trial import MotionBefore
 from edge_ident.control.gain_design import design
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError
 from edge_ident.identification.identify import identify
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.model import AxisModel, Estimate, Model, Term, base_axis, effect_names
-from edge_ident.model.strengths import scale_of
 from firmware_interface.motion import reference
 from tests.short_runs import Silent, brief_drive
 from tools.judged_machines import (

@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from edge_ident.baselines.methods import Method, all_methods
+from edge_ident.baselines.methods import METHODS, Method
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network, given_network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.data_checks import check_usable
-from edge_ident.signals.given_recordings import Given, given_recording
-from edge_ident.signals.lost_rows import with_mended_stamps
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
-from edge_ident.support.drawing import new_figure
+from edge_ident.signals.recording_files import Given, given_recording
+from edge_ident.signals.time_stamps import with_mended_stamps
 from edge_ident.support.given import number
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Readable, new_figure
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
@@ -139,7 +138,7 @@ def comparison_methods() -> tuple[str, ...]:
     >>> "least_squares" in edge_ident.comparison_methods()
     True
     """
-    return tuple(all_methods())
+    return tuple(METHODS)
 
 
 def compare(
@@ -189,7 +188,7 @@ def compare(
     network = None if network is None else given_network(network)
     number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
     methods = [methods] if isinstance(methods, str) else methods
-    known, axes = all_methods(), {}
+    known, axes = METHODS, {}
     for method in methods:
         if method not in known:
             raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
@@ -237,8 +236,8 @@ def _attempt(method: Method, problem: Problem) -> tuple[Estimate | None, str]:
 
 # Estimates with their intervals side by side, one panel per parameter.
 
+# Times the best relative residual, above which an estimate does not set a panel's range.
 _FAR: Final = 2.0
-"""Times the best relative residual, above which an estimate does not set a panel's range."""
 
 
 def comparison_figure(comparison: Comparison) -> "Figure":

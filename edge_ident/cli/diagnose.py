@@ -21,7 +21,7 @@ from edge_ident.cli.options import (
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.shares import part
-from edge_ident.support.memory import keep
+from edge_ident.support.stopwatch import keep
 
 RecordingFiles = Annotated[
     list[Path],

@@ -10,7 +10,7 @@ from edge_ident.cli.messages import print_document, say, say_always
 from edge_ident.errors import EdgeIdentError
 from edge_ident.support.interrupts import INTERRUPTED, interrupted
 from edge_ident.support.streams import flushed
-from edge_ident.support.visible_text import on_a_line
+from edge_ident.support.words import on_a_line
 
 USAGE: Final = 2
 FILE: Final = 5

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from edge_ident import report
 from edge_ident.support.streams import flushed
-from edge_ident.support.visible_text import visible
+from edge_ident.support.words import visible
 
 
 @dataclass(frozen=True)

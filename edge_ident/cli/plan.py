@@ -13,7 +13,7 @@ from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
 from edge_ident.cli.options import DriveFile, Json, ModelFile, Seed, drive_for, model_for, named
 from edge_ident.cli.progress import shown_progress
-from edge_ident.support.memory import keep
+from edge_ident.support.stopwatch import keep
 
 MotionOutput = Annotated[
     Path | None,

@@ -11,9 +11,7 @@ from typing import Any, Final
 import typer
 
 from edge_ident.errors import DataError
-from edge_ident.support.atomic_files import atomic_write
-from edge_ident.support.json_text import from_toml
-from edge_ident.support.limits import MOST_DESCRIPTION_BYTES, read_bytes
+from edge_ident.support.documents import MOST_DESCRIPTION_BYTES, atomic_write, from_toml, read_bytes
 
 PREFIX: Final = "EDGE_IDENT_"
 FILE_VARIABLE: Final = "EDGE_IDENT_CONFIG_FILE"

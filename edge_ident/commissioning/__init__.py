@@ -8,13 +8,9 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning.data_sheet.described_drive import (
-        DescribedDrive,
-        describe_drive,
-        sampling_period_s,
-    )
-    from edge_ident.commissioning.data_sheet.entries import SHEET_ENTRIES
-    from edge_ident.commissioning.data_sheet.sheet import (
+    from edge_ident.commissioning.capture import record_motion
+    from edge_ident.commissioning.data_sheet import (
+        SHEET_ENTRIES,
         AxisSheet,
         Entry,
         fill_sheet,
@@ -22,7 +18,13 @@ if TYPE_CHECKING:
         sheet_doubts,
         sheet_in_si,
     )
-    from edge_ident.commissioning.gains.change import (
+    from edge_ident.commissioning.described_drive import (
+        DescribedDrive,
+        describe_drive,
+        sampling_period_s,
+    )
+    from edge_ident.commissioning.doctor import check_host, check_link
+    from edge_ident.commissioning.gain_change import (
         check_change,
         check_owner,
         commit_staged,
@@ -31,27 +33,26 @@ if TYPE_CHECKING:
         settled_gains,
         wanted_gains,
     )
-    from edge_ident.commissioning.gains.files import back_up, load_gains
-    from edge_ident.commissioning.gains.forecast import Forecaster, Forecasts, check_stable
-    from edge_ident.commissioning.gains.transfer import stage_gains, staged_whole
-    from edge_ident.commissioning.latency.measure import profile_device
-    from edge_ident.commissioning.link.connect import VirtualNetwork
-    from edge_ident.commissioning.link.doctor import check_host
-    from edge_ident.commissioning.link.link_checks import check_link
-    from edge_ident.commissioning.link.ports import ask_ports
-    from edge_ident.commissioning.link.register_access import (
+    from edge_ident.commissioning.gain_transfer import (
+        back_up,
+        load_gains,
+        stage_gains,
+        staged_whole,
+    )
+    from edge_ident.commissioning.homing import hold, move_by, move_to
+    from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+    from edge_ident.commissioning.latency import profile_device
+    from edge_ident.commissioning.ports import VirtualNetwork, ask_ports
+    from edge_ident.commissioning.promise import Forecaster, Forecasts, check_stable
+    from edge_ident.commissioning.register_access import (
         check_write,
         parse_values,
         registers_named,
         registers_of,
         write_register,
     )
-    from edge_ident.commissioning.motion.homing import hold, move_by, move_to
-    from edge_ident.commissioning.motion.record import record_motion
-    from edge_ident.commissioning.motion.safety import clear_fault, make_ready
-    from edge_ident.commissioning.motion.stopping import stop_machine
     from edge_ident.commissioning.run import Plan, commission
-    from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
+    from edge_ident.commissioning.safety import clear_fault, make_ready, stop_machine
     from edge_ident.drive.description import write_drive
     from edge_ident.drive.motions import named_trajectory
     from edge_ident.support.words import plain_number
@@ -61,8 +62,7 @@ if TYPE_CHECKING:
     from firmware_interface.plant.hiding import Fault, Hidden
     from firmware_interface.plant.plant_socket import serve_plant
     from firmware_interface.registers import MAP_VERSION, REGISTERS
-    from firmware_interface.virtual.failures import Failure
-    from firmware_interface.virtual.server import serve
+    from firmware_interface.virtual.server import Failure, serve
 
 __all__ = [
     "CAPTURE_FILE",
@@ -127,62 +127,38 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "CAPTURE_FILE": "edge_ident.commissioning.study.identification_motions",
-        "DEFAULT_BAUD_RATE": "firmware_interface.connection",
-        "MAP_VERSION": "firmware_interface.registers",
-        "REGISTERS": "firmware_interface.registers",
-        "SHEET_ENTRIES": "edge_ident.commissioning.data_sheet.entries",
-        "AxisSheet": "edge_ident.commissioning.data_sheet.sheet",
-        "Bank": "firmware_interface.gains",
-        "BoardStatus": "firmware_interface.board",
-        "DescribedDrive": "edge_ident.commissioning.data_sheet.described_drive",
-        "Entry": "edge_ident.commissioning.data_sheet.sheet",
-        "Failure": "firmware_interface.virtual.failures",
-        "Fault": "firmware_interface.plant.hiding",
-        "Forecaster": "edge_ident.commissioning.gains.forecast",
-        "Forecasts": "edge_ident.commissioning.gains.forecast",
-        "Hidden": "firmware_interface.plant.hiding",
-        "Plan": "edge_ident.commissioning.run",
-        "VirtualNetwork": "edge_ident.commissioning.link.connect",
-        "ask_ports": "edge_ident.commissioning.link.ports",
-        "back_up": "edge_ident.commissioning.gains.files",
-        "check_change": "edge_ident.commissioning.gains.change",
-        "check_host": "edge_ident.commissioning.link.doctor",
-        "check_link": "edge_ident.commissioning.link.link_checks",
-        "check_owner": "edge_ident.commissioning.gains.change",
-        "check_stable": "edge_ident.commissioning.gains.forecast",
-        "clear_fault": "edge_ident.commissioning.motion.safety",
-        "check_write": "edge_ident.commissioning.link.register_access",
-        "commission": "edge_ident.commissioning.run",
-        "commit_staged": "edge_ident.commissioning.gains.change",
-        "describe_drive": "edge_ident.commissioning.data_sheet.described_drive",
-        "fill_sheet": "edge_ident.commissioning.data_sheet.sheet",
-        "hold": "edge_ident.commissioning.motion.homing",
-        "load_gains": "edge_ident.commissioning.gains.files",
-        "make_ready": "edge_ident.commissioning.motion.safety",
-        "move_by": "edge_ident.commissioning.motion.homing",
-        "move_to": "edge_ident.commissioning.motion.homing",
-        "named_trajectory": "edge_ident.drive.motions",
-        "parse_values": "edge_ident.commissioning.link.register_access",
-        "plain_number": "edge_ident.support.words",
-        "period_doubts": "edge_ident.commissioning.data_sheet.sheet",
-        "profile_device": "edge_ident.commissioning.latency.measure",
-        "record_motion": "edge_ident.commissioning.motion.record",
-        "registers_named": "edge_ident.commissioning.link.register_access",
-        "registers_of": "edge_ident.commissioning.link.register_access",
-        "restore_gains": "edge_ident.commissioning.gains.change",
-        "roll_back_unconfirmed": "edge_ident.commissioning.gains.change",
-        "settled_gains": "edge_ident.commissioning.gains.change",
-        "sampling_period_s": "edge_ident.commissioning.data_sheet.described_drive",
-        "serve": "firmware_interface.virtual.server",
-        "serve_plant": "firmware_interface.plant.plant_socket",
-        "sheet_doubts": "edge_ident.commissioning.data_sheet.sheet",
-        "sheet_in_si": "edge_ident.commissioning.data_sheet.sheet",
-        "stage_gains": "edge_ident.commissioning.gains.transfer",
-        "staged_whole": "edge_ident.commissioning.gains.transfer",
-        "stop_machine": "edge_ident.commissioning.motion.stopping",
-        "wanted_gains": "edge_ident.commissioning.gains.change",
-        "write_drive": "edge_ident.drive.description",
-        "write_register": "edge_ident.commissioning.link.register_access",
+        "edge_ident.commissioning.capture": "record_motion",
+        "edge_ident.commissioning.data_sheet": (
+            "AxisSheet Entry SHEET_ENTRIES fill_sheet period_doubts sheet_doubts sheet_in_si"
+        ),
+        "edge_ident.commissioning.described_drive": (
+            "DescribedDrive describe_drive sampling_period_s"
+        ),
+        "edge_ident.commissioning.doctor": "check_host check_link",
+        "edge_ident.commissioning.gain_change": (
+            "check_change check_owner commit_staged restore_gains roll_back_unconfirmed "
+            "settled_gains wanted_gains"
+        ),
+        "edge_ident.commissioning.gain_transfer": "back_up load_gains stage_gains staged_whole",
+        "edge_ident.commissioning.homing": "hold move_by move_to",
+        "edge_ident.commissioning.identification_motions": "CAPTURE_FILE",
+        "edge_ident.commissioning.latency": "profile_device",
+        "edge_ident.commissioning.ports": "VirtualNetwork ask_ports",
+        "edge_ident.commissioning.promise": "Forecaster Forecasts check_stable",
+        "edge_ident.commissioning.register_access": (
+            "check_write parse_values registers_named registers_of write_register"
+        ),
+        "edge_ident.commissioning.run": "Plan commission",
+        "edge_ident.commissioning.safety": "clear_fault make_ready stop_machine",
+        "edge_ident.drive.description": "write_drive",
+        "edge_ident.drive.motions": "named_trajectory",
+        "edge_ident.support.words": "plain_number",
+        "firmware_interface.board": "BoardStatus",
+        "firmware_interface.connection": "DEFAULT_BAUD_RATE",
+        "firmware_interface.gains": "Bank",
+        "firmware_interface.plant.hiding": "Fault Hidden",
+        "firmware_interface.plant.plant_socket": "serve_plant",
+        "firmware_interface.registers": "MAP_VERSION REGISTERS",
+        "firmware_interface.virtual.server": "Failure serve",
     },
 )

@@ -12,20 +12,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from edge_ident.commissioning.gains.change import check_change, concluded
-from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.files import keep_backup
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.trial import MotionBefore, Recorded, Trial
-from edge_ident.commissioning.gains.verification import compare_motions
-from edge_ident.commissioning.study.identification_motions import (
+from edge_ident.commissioning.drawn_loads import Grounds
+from edge_ident.commissioning.further_motions import livelier_motion
+from edge_ident.commissioning.gain_change import check_change, concluded
+from edge_ident.commissioning.gain_transfer import keep_backup
+from edge_ident.commissioning.gain_trial import MotionBefore, Recorded, Trial
+from edge_ident.commissioning.identification_motions import (
     IdentificationMotion,
     Study,
     capture_file,
     captured,
     duration_s,
 )
-from edge_ident.commissioning.study.livelier_motion import livelier_motion
+from edge_ident.commissioning.verification import GainChange, compare_motions
 from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError
@@ -34,22 +33,21 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
 from edge_ident.model.model import Model
-from edge_ident.model.timing import LARGEST_SHIFT, Timing
+from edge_ident.model.motion import LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import AxisLimits
 from firmware_interface.gains import FEEDBACK, POSITIVE, SIGNED, AxisGains, Bank
 
 log = logging.getLogger(__name__)
 
+
 MOST_WRITES: Final = 3
 VERIFICATION_FILE: Final = "verification.npz"
-_INTERVAL: Final = 2.0
-"""Standard deviations within which the effort may be late."""
+_INTERVAL: Final = 2.0  # standard deviations within which the effort may be late
+# Logarithm by which forecasts may be off before one was measured: what machines of another
+# simulation did beyond the draws (tools/used_machines.py).
 _DISBELIEF: Final = 0.2
-"""Logarithm by which forecasts may be off before one was measured: what machines of another
-simulation did beyond the draws (tools/used_machines.py)."""
-_CAREFUL: Final = 0.5
-"""Bandwidth of the round after one that was taken back, over that one's."""
+_CAREFUL: Final = 0.5  # bandwidth of the round after one that was taken back, over that one's
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """How controller gains use the effects of a model, and which effects they leave to feedback.
 
-Each effect states its own use (`edge_ident.model.compensation`). There are six:
+Each effect states its own use (`edge_ident.model.effect`). There are six:
 
 - Feed-forward at the reference's motion, where the board's law has a field for the parameter
   (`firmware_interface.gains`). Where terms outnumber a field's places, the largest are taken.
@@ -35,11 +35,11 @@ from edge_ident.control.law_terms import EffortRange, Placed, Placement
 from edge_ident.control.position_loop import LoopHardware, Plant, SeriesSpring, SprungLoad
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
-from edge_ident.model.model import AxisModel, Term, regressor
+from edge_ident.model.model import AxisModel, SupportedRange, Term, regressor
 from edge_ident.model.motion import Motion
-from edge_ident.model.supported_range import SupportedRange
 from firmware_interface.gains import AxisGains
 
+# What a board's law lacks where it lacks a field, in words.
 _FIELDS: Final = {
     "friction_forward": "curve of friction over speed",
     "load_table": "table over position",
@@ -49,11 +49,9 @@ _FIELDS: Final = {
     "cross_inertia_feedforward": "term for the other axis",
     "transmission_loss": "term for the losses of a transmission",
 }
-"""What a board's law lacks where it lacks a field, in words."""
+# Fields that take what is sampled.
 _SAMPLED: Final = {"speed": ("friction_forward",), "position": ("load_table",)}
-"""Fields that take what is sampled."""
-_STIFFEST_S2: Final = 1e-12
-"""One over the square of a resonance that no loop reaches."""
+_STIFFEST_S2: Final = 1e-12  # one over the square of a resonance that no loop reaches
 
 
 @dataclass(frozen=True)
@@ -262,10 +260,9 @@ def _room(
 
 Array = NDArray[np.float64]
 
+# Frequencies of the made-up motion, over the slowest: they never repeat together.
 _RATES: Final = np.array([1.0, np.sqrt(7.0), np.sqrt(41.0)])
-"""Frequencies of the made-up motion, over the slowest: they never repeat together."""
-_TURNS: Final = 12
-"""Periods of the slowest sinusoid."""
+_TURNS: Final = 12  # periods of the slowest sinusoid
 _SAMPLES: Final = 6000
 
 

@@ -13,11 +13,10 @@ from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import GainError
-from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import AxisModel
-from edge_ident.support.drawing import new_figure
+from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.support.given import number
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Readable, new_figure
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from edge_ident.control.compensation import (
     loop_delay_s,
     plant_of,
 )
-from edge_ident.control.in_tables import with_repeating
+from edge_ident.control.law_terms import with_repeating
 from edge_ident.control.position_loop import (
     LoopHardware,
     Plant,
@@ -39,9 +39,9 @@ from edge_ident.control.position_loop import (
     quantization_effort_nm,
 )
 from edge_ident.errors import GainError
-from edge_ident.model.base_in_time import base_at
+from edge_ident.model.inverse import base_at
 from edge_ident.model.model import BOARD_UNITS, AxisModel
-from edge_ident.model.repeating import Repeating
+from edge_ident.model.motion import Repeating
 from edge_ident.support.words import listed
 from firmware_interface.gains import FEEDBACK, AxisGains
 
@@ -49,21 +49,18 @@ PHASE_MARGIN_RAD: Final = math.radians(50.0)
 GAIN_MARGIN: Final = 2.5
 QUANTIZATION_SHARE: Final = 0.02
 """Rms effort that encoder quantization may cause, as a share of the effort limit."""
+# The velocity filter's corner, in bandwidths of an axis with the least inertia: a slow filter lets
+# less of the encoder's rounding through, a fast one leaves more margin for delay.
 _FILTER_RATIOS: Final = (5.0, 6.0, 7.0, 8.0, 10.0)
-"""The velocity filter's corner, in bandwidths of an axis with the least inertia: a slow filter lets
-less of the encoder's rounding through, a fast one leaves more margin for delay."""
-_INTERVAL: Final = 2.0
-"""Standard deviations of inertia and friction over which margins must hold."""
+_INTERVAL: Final = 2.0  # standard deviations of inertia and friction over which margins must hold
+# Least share of an inertia or friction that its interval reaches down to.
 _LEAST_SHARE: Final = 0.05
-"""Least share of an inertia or friction that its interval reaches down to."""
-_STEP: Final = 1.5
-"""Ratio of bandwidths that are tried for a first one that is acceptable."""
-_RESOLUTION: Final = 1.02
-"""Ratio to which the bandwidth is narrowed down."""
+_STEP: Final = 1.5  # ratio of bandwidths that are tried for a first one that is acceptable
+_RESOLUTION: Final = 1.02  # ratio to which the bandwidth is narrowed down
+# Coulomb feed-forward is smoothed below the speed of one count in ten samples. Where the supported
+# acceleration is known, it need not be smoothed beyond the speed that this gives in a sample: a
+# reference that turns back passes zero within one.
 _SMOOTHING_COUNTS_PER_SAMPLE: Final = 0.1
-"""Coulomb feed-forward is smoothed below the speed of one count in ten samples. Where the supported
-acceleration is known, it need not be smoothed beyond the speed that this gives in a sample: a
-reference that turns back passes zero within one."""
 
 
 @dataclass(frozen=True)

@@ -9,23 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Compensation
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, Term
-from edge_ident.model.model_reading import unit_of
-from edge_ident.model.motion import Motion
+from edge_ident.model.model_files import unit_of
+from edge_ident.model.motion import Motion, Repeating
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains
 from firmware_interface.motion import Reference
 
+Array = NDArray[np.float64]
+
+
+# Terms that each field of the board's law takes.
 _PLACES: Final = {
     field.name: len(field.default) if isinstance(field.default, tuple) else 1
     for field in fields(AxisGains)
 }
-"""Terms that each field of the board's law takes."""
-_DOUBT_STD: Final = 2.0
-"""Standard deviations by which a width is in doubt."""
+_DOUBT_STD: Final = 2.0  # standard deviations by which a width is in doubt
 _NO_RANGE: Final = "the model does not say in which range it is supported"
 _NO_MOTION: Final = "the range in which it is supported has no width"
 
@@ -37,13 +39,11 @@ _NO_MOTION: Final = "the range in which it is supported has no width"
 # straight lines to that effort, so what a table leaves is never more than what there was. Nothing
 # is sampled outside the range in which the term was supported.
 
-Array = NDArray[np.float64]
 
-_PER_CELL: Final = 16
-"""Samples of the effort between two entries."""
+_PER_CELL: Final = 16  # samples of the effort between two entries
+# Weight of samples, of the sixteen of an inner entry, from which one can be told: an end of which a
+# third of the cell is supported.
 _ENOUGH: Final = 1.0
-"""Weight of samples, of the sixteen of an inner entry, from which one can be told: an end of which
-a third of the cell is supported."""
 _ROUNDING: Final = 1e-9
 LARGEST_REST: Final = 0.5
 """Share of a term's rms that its table may leave; a table that leaves more is too coarse for it."""
@@ -437,8 +437,8 @@ def _too_coarse(found: Sampled, entries: int) -> str:
 # raises the loop's gain at small efforts by 1 + δ/smoothing. That may take half of the gain margin,
 # in decibels.
 
+# Phase by which a wave may be late and still act whole; at twice that it no longer acts.
 _WHOLE_UP_TO_RAD: Final = math.pi / 6.0
-"""Phase by which a wave may be late and still act whole; at twice that it no longer acts."""
 _DISTANCES_IN_GAP: Final = 3.0
 
 
@@ -486,3 +486,89 @@ def deadband_smoothing(width_doubt_nm: float, gain_margin: float) -> float:
         Of the loop, as a factor.
     """
     return width_doubt_nm / (math.sqrt(gain_margin) - 1.0)
+
+
+# Effort that repeats over speed and stroke, in the curve and the tables of the board's law.
+#
+# They may hold named effects already. Then what repeats is added on their grid: the law is straight
+# between entries. It fades out with the speed as they do (`edge_ident.control.law_terms`), and no
+# entry goes beyond what the board takes.
+
+
+_CURVE, _TABLES = "friction_forward", "load_table"
+"""Fields of the law, by which its curve and its tables are known."""
+
+
+def with_repeating(
+    gains: AxisGains, repeating: Repeating, hardware: LoopHardware, late_s: float
+) -> tuple[AxisGains, list[str]]:
+    """Gains with what repeats, and what became of it, a sentence each.
+
+    Parameters
+    ----------
+    gains : AxisGains
+    repeating : Repeating
+    hardware : LoopHardware
+    late_s : float
+        From a sample to the middle of the period in which its effort acts.
+    """
+    forward, backward, load, friction = repeating.tables
+    said = []
+    if _CURVE in hardware.law and (forward.any() or backward.any()):
+        gains = _in_curve(gains, repeating, hardware)
+        said.append(f"friction over speed, up to {max(map(abs, [*forward, *backward])):.2g} N·m")
+    if _TABLES in hardware.law and (load.any() or friction.any()):
+        gains = _in_tables(gains, repeating, hardware, late_s)
+        said.append(f"effort over position, up to {max(map(abs, [*load, *friction])):.2g} N·m")
+    return gains, said
+
+
+def _in_curve(gains: AxisGains, repeating: Repeating, hardware: LoopHardware) -> AxisGains:
+    used = any((*gains.friction_forward, *gains.friction_backward))
+    top = gains.friction_top_speed_rad_s if used else repeating.grid.top_speed
+    apart = math.sqrt(top / repeating.grid.top_speed)
+    nodes = apart * np.arange(FRICTION_ENTRIES, dtype=np.float64)
+    forward, backward, *_ = repeating.tables
+    return replace(
+        gains,
+        friction_top_speed_rad_s=top,
+        friction_forward=_added(gains, "friction_forward", forward, nodes, hardware),
+        friction_backward=_added(gains, "friction_backward", backward, nodes, hardware),
+    )
+
+
+def _in_tables(
+    gains: AxisGains, repeating: Repeating, hardware: LoopHardware, late_s: float
+) -> AxisGains:
+    used = any((*gains.load_table, *gains.local_friction_table))
+    start, step = repeating.grid.start, repeating.grid.step
+    if used:
+        start, step = gains.table_start_rad, gains.table_step_rad
+    at = start + step * np.arange(TABLE_ENTRIES, dtype=np.float64)
+    nodes = (at - repeating.grid.start) / repeating.grid.step
+    *_, load, friction = repeating.tables
+    changed = replace(
+        gains,
+        table_start_rad=start,
+        table_step_rad=step,
+        load_table=_added(gains, "load_table", load, nodes, hardware),
+        local_friction_table=_added(gains, "local_friction_table", friction, nodes, hardware),
+    )
+    tables = np.array([changed.load_table, changed.local_friction_table])
+    fade = min(table_fade_speed(table, step, late_s) for table in tables)
+    if hardware.gain_maximum is not None:
+        fade = min(fade, hardware.gain_maximum.table_fade_speed_rad_s)
+    return replace(changed, table_fade_speed_rad_s=min(fade, repeating.grid.top_speed))
+
+
+def _added(
+    gains: AxisGains, name: str, entries: Array, nodes: Array, hardware: LoopHardware
+) -> tuple[float, ...]:
+    """A table of the law with entries that lie elsewhere."""
+    found = np.array(getattr(gains, name)) + np.interp(
+        nodes, np.arange(len(entries), dtype=np.float64), entries, left=0.0, right=0.0
+    )
+    if hardware.gain_maximum is not None:
+        most = np.array(getattr(hardware.gain_maximum, name))
+        found = np.clip(found, -most, most)
+    return tuple(found.tolist())

@@ -22,16 +22,15 @@ Complex = NDArray[np.complex128]
 
 _FREQUENCIES: Final = 400
 _LOWEST_RAD_S: Final = 1e-2
-_HIGHEST: Final = 0.999
-"""Highest frequency of the grid, in Nyquist frequencies."""
+_HIGHEST: Final = 0.999  # highest frequency of the grid, in Nyquist frequencies
 _ALIASES: Final = np.arange(-2, 3)
+# Distances from a resonance, in its half widths, at which the loop is looked at.
 _AROUND_RESONANCE: Final = np.geomspace(0.05, 300.0, 60)
-"""Distances from a resonance, in its half widths, at which the loop is looked at."""
+# One sample's delay up to the Nyquist frequency, at even distances.
 _ROUND: Final = np.exp(-1j * np.linspace(1e-3, np.pi, _FREQUENCIES))
-"""One sample's delay up to the Nyquist frequency, at even distances."""
+# Axes and boards whose responses are kept: a design asks for the same ones at each bandwidth, and a
+# forecast again.
 _KEPT: Final = 16
-"""Axes and boards whose responses are kept: a design asks for the same ones at each bandwidth, and
-a forecast again."""
 
 
 # An axis as the position loop meets it: inertia, friction, and what is soft.
@@ -45,8 +44,7 @@ a forecast again."""
 # first: a factor of ω²/(s² + 2·ζ·ω·s + ω²).
 # Source: Ellis, Control System Design Guide, ch. 16 (two-mass drive).
 
-_SHARPEST: Final = 1e-3
-"""Damping ratio below which a resonance is taken to be this sharp."""
+_SHARPEST: Final = 1e-3  # damping ratio below which a resonance is taken to be this sharp
 
 
 @dataclass(frozen=True)

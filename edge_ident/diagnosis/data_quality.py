@@ -6,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 
 from edge_ident.diagnosis.result import DataFinding
-from edge_ident.signals.even_rows import even_rows_sentence
-from edge_ident.signals.lost_rows import lost_rows_sentence
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.resampling import GAP, EvenGrid
 from edge_ident.signals.scale_checks import check_scale
-from edge_ident.signals.unknown_samples import clipped
+from edge_ident.signals.time_stamps import (
+    GAP,
+    EvenGrid,
+    clipped,
+    even_rows_sentence,
+    lost_rows_sentence,
+)
 
 
 def data_findings(recordings: Sequence[Recording], axes: Iterable[str]) -> tuple[DataFinding, ...]:

@@ -17,13 +17,12 @@ from edge_ident.diagnosis.prepare.preparation import TooShortError
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.errors import DataError
-from edge_ident.estimation.tracking_check import check_tracking
-from edge_ident.estimation.trust import Finding
-from edge_ident.model.given_model import GivenModel, given_model
+from edge_ident.estimation.trust import Finding, check_tracking
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
-from edge_ident.signals.given_recordings import Given, given_recording, given_recordings
-from edge_ident.signals.lost_rows import with_mended_stamps
+from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.recording import Recording, chosen_axes
+from edge_ident.signals.recording_files import Given, given_recording, given_recordings
+from edge_ident.signals.time_stamps import with_mended_stamps
 from edge_ident.support.given import number
 from edge_ident.support.words import listed
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
@@ -218,7 +218,7 @@ def budget_lines(budget: ErrorBudget, title: str = "") -> Iterator["RenderableTy
     from rich.markup import escape
     from rich.text import Text
 
-    from edge_ident.support.tables import plain_table
+    from edge_ident.support.console import plain_table
 
     yield Text(title + budget.sentence)
     table = plain_table()

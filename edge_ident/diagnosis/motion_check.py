@@ -30,7 +30,7 @@ from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, base_axis
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording, driven_in
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.simulation.machine import Machine
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from edge_ident.diagnosis.fit.own_columns import one_way
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.own_scale import OwnScale
 from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import coloured_std
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import unit_length

@@ -21,11 +21,10 @@ from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import condition, filtered_regressor
-from edge_ident.signals.filters import lowpass
+from edge_ident.signals.filters import ONE_LINE, lowpass, strongest_line
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.motion_lines import ONE_LINE, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.words import listed, spoken
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
-from edge_ident.model.timing import NO_SHIFT, Timing
-from edge_ident.support.readable import Readable
+from edge_ident.model.motion import NO_SHIFT, Timing
+from edge_ident.support.rows import Readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,8 @@ from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.model.effects import named
+from edge_ident.model.inverse import made_physical
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Term
-from edge_ident.model.physical_sums import made_physical
 
 _UNSEEN: Final = 1e-3
 """Share of the effort that an inertia may take which the recording cannot show: a tenth of the

@@ -15,12 +15,17 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
-from edge_ident.support.atomic_files import atomic_write, no_file
+from edge_ident.support.documents import (
+    MOST_DESCRIPTION_BYTES,
+    TooLargeError,
+    atomic_write,
+    from_toml,
+    no_file,
+    read_bytes,
+)
 from edge_ident.support.given import path as path_of
 from edge_ident.support.given import type_of
-from edge_ident.support.json_text import from_toml
-from edge_ident.support.limits import MOST_DESCRIPTION_BYTES, TooLargeError, read_bytes
-from edge_ident.support.visible_text import brief
+from edge_ident.support.words import brief
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 
 BUILT_IN: Final = Path(__file__).with_name("feed_drive.toml")
@@ -48,8 +53,7 @@ TABLE_RANGES: Final = {
 OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
 """Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
 _BOARD_KEYS: Final = {"device": str, "baud_rate": int}
-_FASTEST_BAUD: Final = 10**8
-"""Ten times what the fastest serial adapters do."""
+_FASTEST_BAUD: Final = 10**8  # ten times what the fastest serial adapters do
 _TABLES: Final = {"name", "axes", "board", *TABLE_RANGES}
 
 
@@ -346,8 +350,7 @@ _TAIL: Final = """
 # device = "/dev/ttyACM0"
 # baud_rate = 115200
 """
-_WIDTH: Final = 38
-"""Columns before the comments."""
+_WIDTH: Final = 38  # columns before the comments
 
 
 def write_drive(

@@ -9,10 +9,9 @@ from typing import Any, Final, Literal
 
 from edge_ident.drive.description import Drive, DriveAxis
 from edge_ident.errors import DataError, ModelError
-from edge_ident.support.atomic_files import no_file
+from edge_ident.support.documents import no_file, read_json, write_json
 from edge_ident.support.given import check_type
 from edge_ident.support.given import path as path_of
-from edge_ident.support.json_text import read_json, write_json
 from edge_ident.support.words import listed
 from firmware_interface.motion import (
     MAXIMUM_COMPONENTS,
@@ -26,8 +25,8 @@ from firmware_interface.motion import (
 SCHEMA: Final = "edge-ident/motion/1"
 _NEXT: Final = "write the file with edge-ident plan RECORDING --output FILE"
 _LONGEST_S: Final = 86_400.0
+# Largest path, phase, frequency or speed, in rad and s: beyond any board, and finite squared.
 _LARGEST: Final = 1e5
-"""Largest path, phase, frequency or speed, in rad and s: beyond any board, and finite squared."""
 
 
 def motion_document(trajectory: Trajectory) -> dict[str, Any]:
@@ -179,12 +178,12 @@ def _checked(place: str, value: Any, low: float, high: float) -> float:
 MotionName = Literal["sinusoid", "multisine", "staircase"]
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine", "staircase")
 
+# Multiples of the description's frequency; high ones give the acceleration inertia needs.
 _HARMONICS: Final = (1, 3, 7, 11, 17, 23)
-"""Multiples of the description's frequency; high ones give the acceleration inertia needs."""
 LIMIT_SHARE: Final = 0.7
 """Part of the speed and travel limits that a motion may use."""
+# Speeds of the staircase as shares of the limit, each both ways.
 _LEVELS: Final = (0.05, 0.1, 0.2, 0.35, 0.5)
-"""Speeds of the staircase as shares of the limit, each both ways."""
 
 
 def named_trajectory(drive: Drive, name: MotionName, cycles: int | None = None) -> Trajectory:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.dct import dct2, idct2, subsample
+from edge_ident.signals.metrics import dct2, idct2, subsample
 
 Array = NDArray[np.float64]
 Normalization = Literal["effort-scale", "min-max"]
@@ -93,8 +93,7 @@ def scale_and_offset(
 
 Complex = NDArray[np.complex128]
 
-_MISSING_SHARE: Final = 0.002
-"""Share of a period that a recording may lack at its end."""
+_MISSING_SHARE: Final = 0.002  # share of a period that a recording may lack at its end
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,7 @@ def _circular_shift(signal: Array, reference: Complex) -> int:
 
 @lru_cache(maxsize=8)
 def _spectrum(velocity: tuple[float, ...], samples: int) -> Complex:
-    """Spectrum of a signal that `edge_ident.signals.dct.subsample` made of so many samples.
+    """Spectrum of a signal that `edge_ident.signals.metrics.subsample` made of so many samples.
 
     It had no higher coefficients. The network's motion is the same for every recording.
     """

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import Normalization
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.dct import POINTS
-from edge_ident.support.json_text import from_json
-from edge_ident.support.limits import (
+from edge_ident.signals.metrics import POINTS
+from edge_ident.support.documents import (
     MOST_DOCUMENT_BYTES,
     MOST_NETWORK_BYTES,
     TooLargeError,
+    from_json,
     read_bytes,
 )
-from edge_ident.support.visible_text import brief
+from edge_ident.support.words import brief
 
 Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]

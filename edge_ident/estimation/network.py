@@ -28,21 +28,19 @@ from edge_ident.estimation.manifest import (
     load_manifest,
     read_content,
 )
-from edge_ident.estimation.rank_one import RankOneGraph, divided
-from edge_ident.estimation.session import open_session
-from edge_ident.signals.dct import POINTS
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.estimation.rank_one import RankOneGraph, divided, open_session
+from edge_ident.signals.metrics import POINTS
+from edge_ident.support.documents import atomic_write, read_json
 from edge_ident.support.given import type_of
-from edge_ident.support.json_text import read_json
 
 Array = NDArray[np.float64]
 Precision = Variant | Literal["fastest"]
 
 _IMAGE_SHAPE: Final = (1, POINTS, POINTS)
+# What ways to run a network are timed with.
 _EFFORTS: Final = np.sin(np.linspace(0.0, 7.0, 2 * POINTS)).reshape(2, 1, POINTS)
-"""What ways to run a network are timed with."""
+# Distance that outputs keep from 0 and 1, where the inverse sigmoid has no value.
 _OUTPUT_MARGIN: Final = 1e-6
-"""Distance that outputs keep from 0 and 1, where the inverse sigmoid has no value."""
 
 
 class Network:
@@ -259,10 +257,9 @@ WORTH: Final = 0.8
 """Another way has to take at most this part of the time of one that stands before it: smaller
 differences come and go with what else the machine does."""
 _SCHEMA: Final = "edge-ident/network-times/1"
+# Passes of each way in turn; the fastest counts: other programs only slow a pass down.
 _ROUNDS: Final = 12
-"""Passes of each way in turn; the fastest counts: other programs only slow a pass down."""
-_WARM: Final = 2
-"""Passes before each round, so that a network finds its own weights in the cache."""
+_WARM: Final = 2  # passes before each round, so that a network finds its own weights in the cache
 
 
 def fastest(times: Mapping[Way, float]) -> Way:

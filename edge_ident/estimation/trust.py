@@ -6,19 +6,35 @@ twentieth.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.estimation.least_squares import Columns
-from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
-from edge_ident.model.timing import LARGEST_SHIFT, Timing
+from edge_ident.model.model import (
+    PARAMETERS,
+    POSITIVE,
+    Estimate,
+    SupportedRange,
+    Term,
+    quantity_unit,
+)
+from edge_ident.model.motion import LARGEST_SHIFT, Timing
+from edge_ident.signals.conditioning import Signals, condition
+from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.time_stamps import UNEVEN, even_rows_sentence, lost_rows_sentence
+from edge_ident.signals.tracking import OFF, tracking
 from edge_ident.support.words import spoken
 
+if TYPE_CHECKING:
+    from edge_ident.model.model_files import GivenModel
+    from edge_ident.signals.recording_files import Given
+
 Array = NDArray[np.float64]
+
 
 RESIDUAL_LIMIT: Final = 0.15
 """Relative residual above which the model does not describe the drive."""
@@ -34,17 +50,17 @@ AGREEMENT: Final = 3.0
 """Combined standard deviations by which two estimators may differ: 0.3 % by chance."""
 CERTAIN_SIGN: Final = 2.0
 """Standard deviations from which a sign is certain: 2.3 % by chance."""
+# Singular value over the largest, columns of unit length, that counts as zero.
 _SAME_DIRECTION: Final = 1e-6
-"""Singular value over the largest, columns of unit length, that counts as zero."""
 UNDETERMINED: Final = "undetermined_"
 """Beginning of the code of a finding against a parameter. It does not block where friction trades
 places among the terms of the model, and its line is known."""
+# Beginnings of the codes of findings that a livelier motion settles.
 _OF_THE_MOTION: Final = ("inseparable", "negative_", UNDETERMINED)
-"""Beginnings of the codes of findings that a livelier motion settles."""
 OF_PARAMETERS: Final = (*_OF_THE_MOTION, "estimators_disagree_")
 """Beginnings of the codes of findings against single parameters, whose names follow."""
+# At one frequency, the effort of a spring is that of a negative inertia.
 _SPOKEN: Final = {"negative_inertia": "inertia cannot be told from a spring"}
-"""At one frequency, the effort of a spring is that of a negative inertia."""
 _TINY: Final = np.finfo(float).tiny
 
 
@@ -299,3 +315,208 @@ def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Findi
         for i, name in enumerate(PARAMETERS)
         if distance[i] > AGREEMENT * combined[i]
     ]
+
+
+# What of a recording was used, and what was done to it before anything was estimated.
+
+UNKNOWN_LIMIT: Final = 0.05
+"""Share of a record that is clipped or missing, above which the rest may be another motion."""
+_FEW_UNKNOWN: Final = 0.001  # share of such samples below which it is not worth a sentence
+
+
+def describe_data(signals: Signals, stamp_jitter: float = 0.0, lost_rows: int = 0) -> list[Finding]:
+    """What was done to the data before anything was estimated.
+
+    Parameters
+    ----------
+    signals : Signals
+    stamp_jitter : float
+    lost_rows : int
+        See `edge_ident.signals.recording.Recording`.
+    """
+    findings = _of_stamps(stamp_jitter, lost_rows)
+    if signals.jitter > UNEVEN and not lost_rows:
+        findings.append(
+            Finding(
+                "uneven_sampling",
+                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even "
+                "grid; samples were interpolated",
+                "record with the board's clock if results look noisy",
+                blocks=False,
+            )
+        )
+    findings += _unknown(signals)
+    standing = 1.0 - float(np.mean(signals.moving))
+    if standing > 0 and not signals.unknown_share:
+        findings.append(
+            Finding(
+                "standstill",
+                f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
+                "this part was not used",
+                "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
+                blocks=False,
+            )
+        )
+    return findings
+
+
+def _of_stamps(stamp_jitter: float, lost_rows: int) -> list[Finding]:
+    """What the time stamps did not tell, and the position did."""
+    findings = []
+    if stamp_jitter:
+        findings.append(
+            Finding(
+                "jittering_stamps",
+                even_rows_sentence(stamp_jitter),
+                "record with the board's clock, or read the file with --period",
+                blocks=False,
+            )
+        )
+    if lost_rows:
+        findings.append(
+            Finding(
+                "lost_rows",
+                lost_rows_sentence(lost_rows),
+                "look for a recorder that is too slow or a line that drops packets",
+                blocks=False,
+            )
+        )
+    return findings
+
+
+def _unknown(signals: Signals) -> list[Finding]:
+    """Samples inside gaps of the time stamps, or with a clipped effort."""
+    share = signals.unknown_share
+    if share < _FEW_UNKNOWN:
+        return []
+    return [
+        Finding(
+            "clipped_or_missing",
+            f"in {share:.1%} of the recording the effort is clipped at its highest or lowest "
+            "value, or samples are missing; this part was not used",
+            "record with a larger range of the effort, a gentler motion, and without pauses",
+            blocks=share > UNKNOWN_LIMIT,
+            contradicts=share > UNKNOWN_LIMIT,
+        )
+    ]
+
+
+# Where a motion leaves the range in which a model's terms were supported.
+
+
+def outside_support(model: "GivenModel", recording: "Given") -> dict[str, list[Finding]]:
+    """Say where a recording leaves the range of a model's terms.
+
+    Parameters
+    ----------
+    model : Model, result with a model, str or Path
+    recording : Recording, str, Path or data frame
+        Axes that the model does not know are passed over.
+
+    Returns
+    -------
+    mapping of axis name to list of Finding
+        The list is empty where the motion stays inside, or the ranges are not known.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> recording = edge_ident.simulate()
+    >>> model = edge_ident.identify(recording).model
+    >>> edge_ident.outside_support(model, recording)
+    {'x': [], 'z': []}
+    """
+    from edge_ident.model.model_files import given_model
+    from edge_ident.signals.recording_files import given_recording
+
+    model, recording = given_model(model), given_recording(recording, "compare with a model")
+    found = {}
+    for name, axis in recording.axes.items():
+        if name in model.axes:
+            signals = condition(
+                recording.time_s,
+                axis.position,
+                axis.effort,
+                effort_shift_s=recording.effort_shift_s,
+            )
+            seen = range_of(signals, axis, signals.moving, signals.effort)
+            found[name] = departures(model.axes[name].terms, seen, axis)
+    return found
+
+
+def range_of(
+    signals: Signals, axis: AxisRecord, part: NDArray[np.bool_] | NDArray[np.intp], effort: Array
+) -> SupportedRange:
+    """The range of an axis at some samples.
+
+    Parameters
+    ----------
+    signals : Signals
+        Of N samples.
+    axis : AxisRecord
+        As recorded.
+    part : (N,) array of bool, or array of int
+        The samples.
+    effort : (N,) array
+        Filtered as the signals, with what was compensated.
+    """
+    position = signals.grid.resampled(axis.position)
+    columns = (position, signals.regressor[:, 1], signals.regressor[:, 0], effort)
+    return SupportedRange.of(*(column[part] for column in columns))
+
+
+def departures(terms: Sequence[Term], seen: SupportedRange, axis: AxisRecord) -> list[Finding]:
+    """One finding for each range that a motion leaves; terms of one range share it.
+
+    Parameters
+    ----------
+    terms : sequence of Term
+    seen : SupportedRange
+        Of the motion.
+    axis : AxisRecord
+        Tells the units.
+    """
+    by_range: dict[SupportedRange, list[str]] = {}
+    for term in terms:
+        if term.supported is not None:
+            by_range.setdefault(term.supported, []).append(term.effect)
+    found = []
+    for supported, effects in by_range.items():
+        left = [
+            departure.sentence(quantity_unit(departure.quantity, *axis.units))
+            for departure in supported.left_by(seen)
+        ]
+        if left:
+            found.append(
+                Finding(
+                    "outside_support",
+                    f"the motion leaves the range in which {', '.join(dict.fromkeys(effects))} "
+                    f"was supported: {', '.join(left)}",
+                    "diagnose a recording of this motion; outside the range the model extrapolates",
+                    blocks=False,
+                )
+            )
+    return found
+
+
+# Whether an axis follows its reference, as a finding.
+
+
+def check_tracking(recordings: Sequence[Recording], name: str) -> list[Finding]:
+    """Say of each recording in which an axis does not follow its reference where and by how much.
+
+    It blocks nothing: the effort may well be that of the motion that was made.
+    """
+    found = []
+    for recording in recordings:
+        seen = tracking(recording, name) if name in recording.axes else None
+        if seen is not None and seen.off:
+            said = seen.sentence(recording.axes[name].position_unit)
+            where = f"in {recording.source}, " if len(recordings) > 1 else ""
+            found.append(Finding(OFF, where + said, seen.next_step, blocks=False))
+    return found
+
+
+def off_reference(findings: Sequence[Finding]) -> Finding | None:
+    """The finding that an axis does not follow its reference, None where it does."""
+    return next((finding for finding in findings if finding.code == OFF), None)

@@ -11,14 +11,19 @@ import numpy as np
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import DataError
-from edge_ident.experiment.axis_case import AxisCase, axis_case
-from edge_ident.experiment.design import DesignOfKind, design_of_kind, evaluations, motion_kinds
-from edge_ident.experiment.distance import error_probability
-from edge_ident.experiment.limits import MARGIN, Allowed, Use
-from edge_ident.experiment.loops import Loops
+from edge_ident.experiment.design import (
+    AxisCase,
+    DesignOfKind,
+    axis_case,
+    design_of_kind,
+    evaluations,
+    motion_kinds,
+)
+from edge_ident.experiment.limits import MARGIN, Allowed, Loops, Use
 from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair
+from edge_ident.experiment.rivals import error_probability
 from edge_ident.model.model import BOARD_UNITS
-from edge_ident.signals.given_recordings import Given, given_recordings
+from edge_ident.signals.recording_files import Given, given_recordings
 from edge_ident.support.given import check_type, number
 from edge_ident.support.words import listed
 from firmware_interface.board_types import AxisLimits
@@ -26,8 +31,7 @@ from firmware_interface.gains import AxisGains
 
 Progress = Callable[[str, int, int], None]
 
-_TOLD_EVERY: Final = 10
-"""Motions, a tenth of a second: whoever is told has a board to hold."""
+_TOLD_EVERY: Final = 10  # motions, a tenth of a second: whoever is told has a board to hold
 
 
 @dataclass(frozen=True)

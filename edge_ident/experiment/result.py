@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 from edge_ident.experiment.limits import Use
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Trajectory
 
@@ -42,7 +42,7 @@ class PlannedPair:
     why : Why
     before, after : float
         Distance of both predictions on the recordings, and on the designed motion
-        (`edge_ident.experiment.distance`), in standard deviations of the noise. `after` is 0
+        (`edge_ident.experiment.rivals`), in standard deviations of the noise. `after` is 0
         where nothing was designed.
     best : float
         The largest distance of all motions that were tried.

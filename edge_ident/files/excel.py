@@ -8,23 +8,27 @@ from typing import Final
 import numpy as np
 
 from edge_ident.errors import DataError
-from edge_ident.files.archives import open_archive, refuse_document_types
-from edge_ident.files.dialect import Dialect, seconds_of_stamp, since_first, width_of
-from edge_ident.files.extras import needed, reading
-from edge_ident.files.layout import Layout, lay_out, stated_period
+from edge_ident.files.dialect import (
+    Dialect,
+    Layout,
+    lay_out,
+    seconds_of_stamp,
+    since_first,
+    stated_period,
+    width_of,
+)
+from edge_ident.files.opening import needed, open_archive, reading, refuse_document_types
 from edge_ident.files.table import Table, make_columns
-from edge_ident.support.limits import (
+from edge_ident.support.documents import (
     MOST_CELLS,
     MOST_COLUMNS,
     check_size,
     check_table,
 )
-from edge_ident.support.visible_text import brief
+from edge_ident.support.words import brief
 
-_MOST_ROWS: Final = 1 << 20
-"""Of a sheet, in every program that writes them."""
-_WRITTEN: Final = Dialect("utf-8", "tab", "point")
-"""How cells that are numbers become text."""
+_MOST_ROWS: Final = 1 << 20  # of a sheet, in every program that writes them
+_WRITTEN: Final = Dialect("utf-8", "tab", "point")  # how cells that are numbers become text
 
 
 def read_xlsx(path: Path) -> Table:

@@ -1,15 +1,76 @@
-"""Files of text as they are, or compressed by gzip; no more of them than a recording may have."""
+"""Files as they are opened: plain, compressed, archives; and packages that only some need."""
 
+import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 from io import BufferedReader, RawIOBase, TextIOWrapper
 from pathlib import Path
-from typing import BinaryIO, Final, cast
+from typing import IO, Any, BinaryIO, Final, cast
+from xml.parsers.expat import ParserCreate
 
-from edge_ident.support.limits import MOST_BYTES, MOST_IN_LINE, check_size
+from edge_ident.errors import DataError, EdgeIdentError
+from edge_ident.support.documents import (
+    MOST_BYTES,
+    MOST_COLUMNS,
+    MOST_IN_LINE,
+    TooLargeError,
+    check_size,
+)
 
-_GZIP: Final = b"\x1f\x8b"
-"""First bytes of such a file, whatever it is called (RFC 1952)."""
+# Packages that only some files need, and what they make of a file that is none of theirs.
+
+
+def needed(package: str, extra: str, source: str) -> Any:
+    """Load a package, or say which extra of edge-ident has it.
+
+    Raises
+    ------
+    DataError
+        It is not installed.
+    """
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise DataError(
+            f"{source}: reading it needs {package.partition('.')[0]}, which is not installed",
+            f"pip install 'edge-ident[{extra}]' (or [files], for all formats)",
+        ) from error
+
+
+@contextmanager
+def reading(source: str, kind: str) -> Iterator[None]:
+    """Read a file with the reader of its format: whatever that raises, the file is none of it.
+
+    Such readers have no common error: what is damaged shows as a wrong key, an index or a type.
+
+    Raises
+    ------
+    DataError
+        The reader refuses the file.
+    TooLargeError, MemoryError
+        As they come: the file may be as its format has it.
+    """
+    try:
+        yield
+    except (EdgeIdentError, TooLargeError, MemoryError):
+        raise
+    except Exception as error:
+        raise unreadable(source, kind, error) from error
+
+
+def unreadable(source: str, kind: str, error: Exception) -> DataError:
+    """The error for a file that its own format's reader refuses."""
+    said = (str(error).splitlines() or [type(error).__name__])[0]
+    return DataError(
+        f"{source}: not a readable {kind} file ({said})", "write it again, or use .csv"
+    )
+
+
+# Files of text as they are, or compressed by gzip; no more of them than a recording may have.
+
+_GZIP: Final = b"\x1f\x8b"  # first bytes of such a file, whatever it is called (RFC 1952)
 _BLOCK_BYTES: Final = 1 << 17
 
 
@@ -73,3 +134,59 @@ def lines_of(file: TextIOWrapper) -> Iterator[str]:
     for line in iter(partial(file.readline, MOST_IN_LINE + 1), ""):
         check_size("characters in a line", len(line), MOST_IN_LINE)
         yield line
+
+
+# Archives of zip, which other formats are: what they unpack to is known before it is unpacked.
+
+_PART_BYTES: Final = 1 << 14
+
+
+def open_archive(path: Path) -> zipfile.ZipFile:
+    """Open an archive whose members unpack to what a recording may have.
+
+    A member ends at the size that the archive states for it, whatever is packed.
+
+    Raises
+    ------
+    BadZipFile, OSError
+        It is damaged.
+    TooLargeError
+    """
+    archive = zipfile.ZipFile(path)
+    members = archive.infolist()
+    try:
+        check_size("members", len(members), MOST_COLUMNS)
+        check_size("bytes unpacked", sum(one.file_size for one in members), MOST_BYTES)
+    except ValueError:
+        archive.close()
+        raise
+    return archive
+
+
+def refuse_document_types(archive: zipfile.ZipFile) -> None:
+    """Refuse XML whose text may be more than what stands there: Office documents have no such.
+
+    A document type declares entities, and entities of entities multiply (ECMA-376, part 2, 8.3.1:
+    a package has no document types). It stands before the first element.
+
+    Raises
+    ------
+    ValueError
+    """
+    for name in archive.namelist():
+        if name.lower().endswith((".xml", ".rels", ".vml")):
+            with archive.open(name) as member:
+                _refuse_document_type(name, member)
+
+
+def _refuse_document_type(name: str, member: IO[bytes]) -> None:
+    begun: list[str] = []
+
+    def refuse(*_: object) -> None:
+        raise ValueError(f"{name} declares a document type")
+
+    parser = ParserCreate()
+    parser.StartDoctypeDeclHandler = refuse
+    parser.StartElementHandler = lambda element, _: begun.append(element)
+    while not begun and (part := member.read(_PART_BYTES)):
+        parser.Parse(part)

@@ -27,10 +27,10 @@ class Unit:
 _TURN: Final = 2.0 * pi
 _INCH_M: Final = 0.0254
 _FOOT_M: Final = 12.0 * _INCH_M
+# Weight of a kilogram at standard gravity, exact by definition (CGPM 1901; NIST SP 811, B.8).
 _KILOGRAM_N: Final = 9.80665
-"""Weight of a kilogram at standard gravity, exact by definition (CGPM 1901; NIST SP 811, B.8)."""
+# Weight of a pound of 0.45359237 kg; inch and pound are exact since 1959 (NIST SP 811, B.6).
 _POUND_N: Final = 0.45359237 * _KILOGRAM_N
-"""Weight of a pound of 0.45359237 kg; inch and pound are exact since 1959 (NIST SP 811, B.6)."""
 _SPELLED: Final = {
     "s": {
         1.0: "s sec sek second seconds Sekunden",
@@ -81,8 +81,8 @@ _UNITS: Final = {
     for factor, spellings in factors.items()
     for spelling in spellings.split()
 } | {"K": Unit("degC", 1.0, -273.15)}
+# German for degree; in English, grad is a gradian. Other spellings of it name no unit.
 _ONLY_SO: Final = ("Grad",)
-"""German for degree; in English, grad is a gradian. Other spellings of it name no unit."""
 _FORCES_N: Final = {
     "oz": _POUND_N / 16.0, "ounce": _POUND_N / 16.0, "lb": _POUND_N, "pound": _POUND_N,
     "kg": _KILOGRAM_N, "kp": _KILOGRAM_N,
@@ -94,6 +94,7 @@ _ARMS_M: Final = {
 _JOINED: Final = r"\s*[-·⋅*._\s]?\s*"
 _POUNDS: Final = r"(?P<force>oz|ounce|lb|pound)(?:f|s)?"
 _INCHES: Final = r"(?P<arm>inch|in|foot|feet|ft)(?:es|s)?"
+# Force and arm in either order: `oz-in`, `lbf·in`, `ft-lbs`, `ftlb`, `kgf·cm`.
 _TORQUES: Final = tuple(
     re.compile(pattern, re.IGNORECASE)
     for pattern in (
@@ -102,11 +103,8 @@ _TORQUES: Final = tuple(
         r"(?P<force>kg|kp)f?" + _JOINED + "(?P<arm>m|cm|mm)",
     )
 )
-"""Force and arm in either order: `oz-in`, `lbf·in`, `ft-lbs`, `ftlb`, `kgf·cm`."""
-_LONGEST: Final = 40
-"""Characters of a unit: twice those of the longest that is known."""
-_SIGN: Final = re.compile(r"\s*[·⋅*.\-\s]\s*")
-"""What stands between the parts of a product."""
+_LONGEST: Final = 40  # characters of a unit: twice those of the longest that is known
+_SIGN: Final = re.compile(r"\s*[·⋅*.\-\s]\s*")  # what stands between the parts of a product
 _NUMBER: Final = r"\d+(?:\.\d*)?(?:[eE][-+]?\d+)?"
 _SCALED: Final = re.compile(rf"(?P<top>{_NUMBER})(?:/(?P<bottom>{_NUMBER}))?\s*(?P<unit>\D.*)")
 _PER: Final = re.compile(rf"(?P<counts>{_NUMBER})\s*(?:/\s*(?P<unit>\D.*))?")

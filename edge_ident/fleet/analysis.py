@@ -5,7 +5,9 @@ another computer, and a result that is kept is what came back.
 """
 
 import ast
+import json
 import math
+import os
 import sys
 import tempfile
 import threading
@@ -29,12 +31,11 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named, registered
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Model, Term
-from edge_ident.model.model_files import model_document, values_document
-from edge_ident.model.model_reading import model_of
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.model.model_files import model_document, model_of, values_document
+from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.support.json_text import finite
+from edge_ident.support.documents import finite
 
 
 @dataclass(frozen=True)
@@ -308,3 +309,21 @@ def _least_relative_std(term: Term) -> float:
         if name in term.std and float(value) != 0.0
     ]
     return min((one for one in relative if one > 0.0 and math.isfinite(one)), default=0.0)
+
+
+# A process that analyses recordings: a task a line on stdin, its result a line on stdout.
+#
+# It ends when its stdin is closed.
+
+
+def answer_stdin() -> None:
+    """Analyse until there is nothing more to do."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # what a library prints is no answer
+    for line in sys.stdin:
+        task = json.loads(line)
+        print(json.dumps(analyse(task["file"], task["options"])), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    answer_stdin()

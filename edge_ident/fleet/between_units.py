@@ -29,11 +29,10 @@ FALSE_ALARM: Final = 0.05
 """Probability that a survey of equal units names any unit, over all quantities together."""
 LARGEST_SHARE: Final = 0.25
 """Largest share of the units that may stand out; the others are what units are like."""
+# Where one unit has all the weight, its scatter is unknown, and Student's t needs a number.
 _LEAST_FREEDOM: Final = 0.5
-"""Where one unit has all the weight, its scatter is unknown, and Student's t needs a number."""
 _STEPS: Final = 100
-_CLOSE: Final = 1e-6
-"""Relative step at which a variance is found."""
+_CLOSE: Final = 1e-6  # relative step at which a variance is found
 
 
 @dataclass(frozen=True)

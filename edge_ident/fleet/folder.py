@@ -9,14 +9,14 @@ from typing import Final, Literal
 
 from edge_ident.errors import DataError
 from edge_ident.files.reading import ENDINGS
-from edge_ident.support.limits import DEEPEST, MOST_FILES, TooLargeError, check_size
+from edge_ident.support.documents import DEEPEST, MOST_FILES, TooLargeError, check_size
 
 Units = Literal["file", "folder"]
 """What makes a unit: a recording, or all recordings of one subfolder."""
 RESULT: Final = "survey.json"
 """What a folder of results has in it; its tables are no recordings."""
+# Files that `edge-ident run` and `capture` write into the folder of a recording.
 _BESIDE_CAPTURES: Final = ("log.txt",)
-"""Files that `edge-ident run` and `capture` write into the folder of a recording."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def find_recordings(
     ------
     DataError
         There is no such folder, no recording in it, it lies in that of the results, or it holds
-        more than `edge_ident.support.limits` allow.
+        more than `edge_ident.support.documents` allow.
     """
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder", "give the folder that holds the recordings")

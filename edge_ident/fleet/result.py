@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from edge_ident.model.model import PARAMETERS
-from edge_ident.support.readable import Readable
-from edge_ident.support.rows import Cell, Table
+from edge_ident.support.rows import Cell, Readable, Table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -272,8 +271,8 @@ class Survey(Readable):
 
 # A survey as one table: a row for each axis of each recording.
 
+# Column of each kind of cause.
 _KINDS: Final = {"supported": "causes", "suspected": "suspected", "minor": "minor"}
-"""Column of each kind of cause."""
 COLUMNS: Final = {
     "unit": str,
     "recording": str,

@@ -24,16 +24,14 @@ from edge_ident.fleet.result import (
     UnitValue,
     Value,
 )
-from edge_ident.fleet.tasks import Outcomes, Task
-from edge_ident.fleet.workers import run_on_cluster, run_processes
+from edge_ident.fleet.workers import Outcomes, Task, run_on_cluster, run_processes
 from edge_ident.model.effects import named
-from edge_ident.model.given_model import GivenModel, given_model
 from edge_ident.model.model import NORMAL_95, PARAMETERS
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.model.model_files import GivenModel, given_model
+from edge_ident.signals.read_columns import ReadOptions
+from edge_ident.support.documents import file_sha256, read_json, to_json, write_json
 from edge_ident.support.given import check_type, path
 from edge_ident.support.given import number as check_number
-from edge_ident.support.hashing import file_sha256
-from edge_ident.support.json_text import read_json, to_json, write_json
 from edge_ident.support.version import VERSION
 
 Progress = Callable[[str, int, int], None]
@@ -183,8 +181,8 @@ Axes = Sequence[tuple[str, SurveyedAxis]]
 Measured = Mapping[str, list[tuple[float, float]]]
 """Values with their deviations, by unit."""
 
+# Deviation of the share of an effect not found: 95 % sure to be below what is worth naming.
 _NOT_FOUND_STD: Final = TOLERANCE / NORMAL_95
-"""Deviation of the share of an effect not found: 95 % sure to be below what is worth naming."""
 
 
 def compare_units(recordings: Iterable[SurveyedRecording]) -> tuple[Comparison, ...]:

@@ -11,21 +11,60 @@ import subprocess
 import sys
 import uuid
 import warnings
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from itertools import islice
 from multiprocessing.connection import wait
 from typing import Any, Final
 
 from edge_ident.errors import DataError, LinkError
 from edge_ident.fleet.analysis import analyse_content
-from edge_ident.fleet.tasks import Outcomes, Task, ended
+from edge_ident.fleet.folder import Found
+from edge_ident.fleet.result import Failed
 from edge_ident.support.version import VERSION
+
+# What is to be done, and what came of it; the same for processes and for a cluster.
+
+
+@dataclass(frozen=True)
+class Task:
+    """A recording to be analysed.
+
+    Attributes
+    ----------
+    found : Found
+    sha256, key : str
+        Of its content; of all that its result follows from.
+    options : mapping
+        As JSON.
+    """
+
+    found: Found
+    sha256: str
+    key: str
+    options: Mapping[str, Any]
+
+
+Outcome = tuple[Task, dict[str, Any]]
+"""A task, and the document of `edge_ident.fleet.analysis.analyse`."""
+Outcomes = Generator[Outcome, None, None]
+"""Outcomes as they come; closing it ends what works on the rest."""
+
+
+def ended(why: str) -> dict[str, Any]:
+    """The document of a task whose worker came to an end."""
+    failed = Failed(
+        "ended",
+        f"the process that analysed it ended: {why}",
+        "run the survey again; if it happens again, use fewer --jobs, or identify the file alone",
+    )
+    return {"axes": {}, "failed": asdict(failed), "duration_s": 0.0}
+
 
 PATIENCE_S: Final = 20
 """Time for the scheduler to answer, and for a first worker to appear."""
-_IN_HAND: Final = 2
-"""Tasks for each thread of the cluster: one runs while the next is on its way."""
+_IN_HAND: Final = 2  # tasks for each thread of the cluster: one runs while the next is on its way
 
 
 def run_on_cluster(tasks: Iterable[Task], address: str) -> Outcomes:
@@ -141,7 +180,7 @@ def _check_version(client: Any) -> None:
 # their own, not forks: no thread or lock of the caller is in them, and the caller's own program is
 # not loaded again. They are in sessions of their own, so that Ctrl-C ends them through the caller.
 
-COMMAND: Final = (sys.executable, "-m", "edge_ident.fleet.worker")
+COMMAND: Final = (sys.executable, "-m", "edge_ident.fleet.analysis")
 ONE_THREAD: Final = {
     f"{library}_NUM_THREADS": "1"
     for library in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")

@@ -10,8 +10,8 @@
   model lacks it is closer than least squares, which balances the effect over all samples. Its
   interval reaches as far as least squares.
 
-Every deviation includes the model error (`edge_ident.estimation.model_error`) and that of the shift
-between effort and position.
+Every deviation includes the model error (`edge_ident.estimation.effort_checks`) and that of the
+shift between effort and position.
 """
 
 from dataclasses import dataclass, replace
@@ -22,27 +22,31 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
-from edge_ident.estimation.compensated_axis import CompensatedAxis
-from edge_ident.estimation.compensation import compensate_effects
-from edge_ident.estimation.effort_checks import UNRELATED, check_effort
+from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.effort_checks import UNRELATED, check_effort, regime_spread, regimes
 from edge_ident.estimation.least_squares import Columns, EstimationPart
-from edge_ident.estimation.model_error import regime_spread, regimes
-from edge_ident.estimation.outside_support import departures, range_of
-from edge_ident.estimation.tracking_check import check_tracking
 from edge_ident.estimation.trust import (
     Finding,
     check_estimate,
+    check_tracking,
     compare_estimators,
+    departures,
+    describe_data,
+    range_of,
     tied_to_time,
     with_timing,
 )
-from edge_ident.estimation.used_data import describe_data
-from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.compared_signals import ComparedSignals
+from edge_ident.identification.adequacy import Adequacy, ComparedSignals
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
-from edge_ident.model.model import AxisModel, Estimate, Model, base_axis, effect_names
-from edge_ident.model.supported_range import SupportedRange
-from edge_ident.model.timing import Timing
+from edge_ident.model.model import (
+    AxisModel,
+    Estimate,
+    Model,
+    SupportedRange,
+    base_axis,
+    effect_names,
+)
+from edge_ident.model.motion import Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import AxisRecord, Recording

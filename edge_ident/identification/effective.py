@@ -1,7 +1,7 @@
 """The axis as it is, from all of its motions: what gains are to make up for, explained or not.
 
 A line through the friction, inertia and offset; beside them the effort that the line leaves and
-that repeats over the speed and over the stroke (`edge_ident.model.repeating`). Named effects are
+that repeats over the speed and over the stroke (`edge_ident.model.motion`). Named effects are
 taken off before. One least-squares fit to all recordings finds all of it. What repeats is held by a
 ridge, whose strength is the one that predicts stretches best which were left out; where it does not
 predict them better than the line alone, beyond chance, there is none.
@@ -24,9 +24,17 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.least_squares import estimation_part
-from edge_ident.model.model import PARAMETERS, POSITIVE, AxisModel, Estimate, Model, Term, base_axis
-from edge_ident.model.repeating import OVER_SPEED, Grid, Repeating
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import (
+    PARAMETERS,
+    POSITIVE,
+    AxisModel,
+    Estimate,
+    Model,
+    SupportedRange,
+    Term,
+    base_axis,
+)
+from edge_ident.model.motion import OVER_SPEED, Grid, Repeating
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -34,14 +42,11 @@ from edge_ident.signals.recording import Recording
 Array = NDArray[np.float64]
 
 _STRETCH_S: Final = 1.0
-_FEWEST: Final = 8
-"""Stretches of a recording, at least."""
+_FEWEST: Final = 8  # stretches of a recording, at least
+# Strength of the ridge over the mean of the entries' squares; infinite: nothing repeats.
 _RIDGES: Final = (np.inf, 1.0, 0.1, 0.01)
-"""Strength of the ridge over the mean of the entries' squares; infinite: nothing repeats."""
-_CERTAIN: Final = 2.0
-"""Standard errors by which what repeats must predict better."""
-_LEAST: Final = 0.01
-"""Least value of a positive parameter, over its deviation."""
+_CERTAIN: Final = 2.0  # standard errors by which what repeats must predict better
+_LEAST: Final = 0.01  # least value of a positive parameter, over its deviation
 _BASE: Final = len(PARAMETERS)
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -282,8 +287,8 @@ class _Sums:
         return np.flatnonzero(np.isfinite(self._held(ridge or (np.inf, np.inf))))
 
 
+# Entries over speed and over position.
 _GROUPS: Final = (slice(_BASE, _BASE + OVER_SPEED), slice(_BASE + OVER_SPEED, None))
-"""Entries over speed and over position."""
 
 
 def _best_ridge(sums: _Sums) -> tuple[float, float] | None:

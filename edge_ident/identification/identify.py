@@ -17,34 +17,32 @@ from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.compensated_axis import CompensatedAxis
-from edge_ident.estimation.compensation import compensate_effects
-from edge_ident.estimation.image import Subsampled
+from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.image import Subsampled, align
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network, given_network
-from edge_ident.identification.adequacy import Adequacy, judge
+from edge_ident.estimation.network_estimate import estimate_together, motion_mismatch
+from edge_ident.identification.adequacy import Adequacy, ComparedSignals, judge
 from edge_ident.identification.answer import AxisEstimates, answer
-from edge_ident.identification.compared_signals import ComparedSignals
-from edge_ident.identification.network_answers import network_input, run_network
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
-from edge_ident.model.timing import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Timing
-from edge_ident.signals.conditioning import choose_cutoff
+from edge_ident.model.motion import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.signals.conditioning import Signals, choose_cutoff, count_and_noise
 from edge_ident.signals.data_checks import check_usable
-from edge_ident.signals.decimation import LONG, any_of, decimate, kept, parts_of
-from edge_ident.signals.encoder import count_and_noise
-from edge_ident.signals.given_recordings import Given
-from edge_ident.signals.lost_rows import with_mended_stamps
+from edge_ident.signals.filters import LONG, any_of, decimate, kept, parts_of
 from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.recording_files import Given
+from edge_ident.signals.time_stamps import EvenGrid, with_mended_stamps
 from edge_ident.signals.timing import smallest_at, within_limits
 from edge_ident.support.stopwatch import Stopwatch
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis
-    from edge_ident.model.given_model import GivenModel
-    from edge_ident.signals.given_recordings import Given
+    from edge_ident.model.model_files import GivenModel
+
+Array = NDArray[np.float64]
+
 
 Progress = Callable[[str, int, int], None]
 
@@ -133,12 +131,12 @@ def _given(
 ) -> tuple[Recording, Model | None]:
     """The recording and the model that are meant; what finds that out loads where it has to."""
     if not isinstance(recording, Recording):
-        from edge_ident.signals.given_recordings import given_recording
+        from edge_ident.signals.recording_files import given_recording
 
         recording = given_recording(recording, "identify")
     if model is None:
         return recording, None
-    from edge_ident.model.given_model import given_model
+    from edge_ident.model.model_files import given_model
 
     return recording, given_model(model)
 
@@ -249,10 +247,8 @@ def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> fl
 
 SMALLEST_SHIFT: Final = 0.02
 """Shift in sampling periods that moves no parameter, so that the signals need no second look."""
-_CERTAIN: Final = 3.0
-"""Its standard deviations up to which a second look would follow noise."""
-_LOOKS: Final = 3
-"""Looks at the signals: a shift of a sample is known to a hundredth after two."""
+_CERTAIN: Final = 3.0  # its standard deviations up to which a second look would follow noise
+_LOOKS: Final = 3  # looks at the signals: a shift of a sample is known to a hundredth after two
 
 
 class _Shifted(Protocol):
@@ -355,12 +351,10 @@ def _as_slow_part(shifted: _Shifted, compensated: CompensatedAxis) -> InStep:
 # A recording of hours holds far more samples than its estimate needs. What only the samples as
 # recorded tell, which are noise, encoder and gaps, is kept beside the decimated ones.
 
-Array = NDArray[np.float64]
 
+# Samples per period of the highest cut-off: at half this rate its filter passes 0.07 %.
 _RATE: Final = 5.0
-"""Samples per period of the highest cut-off: at half this rate its filter passes 0.07 %."""
-_ROUNDING: Final = 1e-9
-"""Rounding error of a stride."""
+_ROUNDING: Final = 1e-9  # rounding error of a stride
 
 
 def at_needed_rate(recording: Recording) -> Recording:
@@ -441,3 +435,73 @@ def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int
             unknown=any_of(sampling.unknown, stride),
         ),
     )
+
+
+# What the network says of the axes of a recording: all that it can read, in one batch.
+
+
+def network_input(
+    signals: Signals, axis: AxisRecord, network: Network | None, watch: Stopwatch
+) -> Subsampled | str:
+    """What the network is to read of an axis, or why it cannot read it.
+
+    Parameters
+    ----------
+    signals : Signals
+    axis : AxisRecord
+        Tells the units.
+    network : Network or None
+    watch : Stopwatch
+        Gets the stage "align".
+    """
+    if network is None:
+        return "no network was given"
+    motion = network.manifest.motion
+    if axis.units != (motion.position_unit, motion.effort_unit):
+        return (
+            f"the network was trained for {motion.position_unit} and {motion.effort_unit}, "
+            f"not {axis.position_unit} and {axis.effort_unit}"
+        )
+    with watch.stage("align"):
+        found = align(signals, motion.regressor[:, 1], motion.period_s)
+    if found is None:
+        samples = round(motion.period_s / signals.period_s)
+        if samples < len(motion.regressor):
+            return f"the recording has {samples} samples a period of its motion: too few"
+        return f"the recording is shorter than the {motion.period_s:.4g} s of its motion"
+    mismatch, limit = motion_mismatch(found.regressor, network), network.manifest.mismatch_limit
+    if mismatch > limit:
+        return (
+            "the axis moved otherwise than the network was trained for: "
+            f"{mismatch:.0%} apart (limit {limit:.0%})"
+        )
+    return found
+
+
+def run_network(
+    inputs: Mapping[str, Subsampled | str], network: Network | None, seed: int, watch: Stopwatch
+) -> dict[str, tuple[Estimate | None, str]]:
+    """The network's estimate of each axis, or none, and why.
+
+    Parameters
+    ----------
+    inputs : mapping of axis name to Subsampled or str
+        From `network_input`.
+    network : Network or None
+    seed : int
+        Of random starting points.
+    watch : Stopwatch
+        Gets the stages "cnn", and within it "image" and "network".
+    """
+    answers: dict[str, tuple[Estimate | None, str]] = {
+        name: (None, seen) for name, seen in inputs.items() if isinstance(seen, str)
+    }
+    read = {name: seen for name, seen in inputs.items() if isinstance(seen, Subsampled)}
+    if network is None or not read:
+        return answers
+    with watch.stage("cnn"):
+        results = estimate_together(list(read.values()), network, seed=seed, stopwatch=watch)
+    for name, result in zip(read, results, strict=True):
+        estimate = Estimate(result.parameters, result.std) if result.trusted else None
+        answers[name] = estimate, result.reason
+    return answers

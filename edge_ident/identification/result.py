@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from edge_ident.estimation.trust import OF_PARAMETERS, UNDETERMINED, Finding
 from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
-from edge_ident.model.timing import Timing
+from edge_ident.model.motion import Timing
 from edge_ident.signals.metrics import Metric
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:

@@ -15,28 +15,257 @@ All hooks broadcast: values of shape (1,) or (D, 1) along a motion of (N,) sampl
 shape (D,) at one instant of D drives.
 
 An effect carries four more things that are not physics: how the diagnosis searches for it
-(`edge_ident.model.search`), how strengths are drawn for training (`edge_ident.model.strengths`),
-how controller gains compensate it (`edge_ident.model.compensation`), and what it means to the
-person at the machine (`edge_ident.model.advice`). What all of this must
+(`edge_ident.model.search`), how strengths are drawn for training (`edge_ident.model.effect`),
+how controller gains compensate it (`edge_ident.model.effect`), and what it means to the
+person at the machine (`edge_ident.model.effect`). What all of this must
 satisfy is checked once, in `edge_ident.model.registration`.
 """
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import SearchSpec
-from edge_ident.model.strengths import Draw, no_draw
 
 Array = NDArray[np.float64]
+
+
+# Random strengths of effects, in proportion to the axis that they act on.
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What is large and small for drives on a motion; arrays of the shape of the drives.
+
+    Attributes
+    ----------
+    inertia, viscous_friction, coulomb_friction : arrays
+        Of the base model.
+    effort, peak_effort : arrays
+        Rms and peak of the base model's.
+    speed, acceleration : arrays
+        Peak speed and rms acceleration.
+    travel : array
+        From the lowest to the highest position.
+    duration_s, period_s : arrays
+        Of the record and between its samples.
+    """
+
+    inertia: Array
+    viscous_friction: Array
+    coulomb_friction: Array
+    effort: Array
+    peak_effort: Array
+    speed: Array
+    acceleration: Array
+    travel: Array
+    duration_s: Array
+    period_s: Array
+
+
+def scale_of(
+    parameters: Array, time_s: Array, position: Array, velocity: Array, acceleration: Array
+) -> Scale:
+    """Scales of drives that all make one motion.
+
+    Parameters
+    ----------
+    parameters : (..., 4) array
+        Of the base model; the leading shape is that of the drives.
+    time_s, position, velocity, acceleration : (N,) arrays
+
+    Returns
+    -------
+    Scale
+        With arrays of the shape of the drives.
+    """
+    inertia, viscous, coulomb, offset = (parameters[..., i] for i in range(4))
+    smooth = inertia[..., None] * acceleration + viscous[..., None] * velocity + offset[..., None]
+    effort = smooth + coulomb[..., None] * np.sign(velocity)
+
+    def rms(signal: Array) -> Array:
+        return np.asarray(np.sqrt(np.mean(signal**2, axis=-1)))
+
+    def everywhere(value: float | Array) -> Array:
+        return np.full(inertia.shape, value)
+
+    return Scale(
+        inertia=inertia,
+        viscous_friction=viscous,
+        coulomb_friction=coulomb,
+        effort=rms(effort),
+        peak_effort=np.max(np.abs(effort), axis=-1),
+        speed=everywhere(np.max(np.abs(velocity))),
+        acceleration=everywhere(rms(acceleration)),
+        travel=everywhere(np.ptp(position)),
+        duration_s=everywhere(time_s[-1] - time_s[0]),
+        period_s=everywhere((time_s[-1] - time_s[0]) / (len(time_s) - 1)),
+    )
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Random numbers of the shape of the drives."""
+
+    rng: "np.random.Generator"  # a string: numpy.random loads when it is used
+    shape: tuple[int, ...]
+
+    def uniform(self, low: float, high: float) -> Array:
+        """Evenly between two bounds."""
+        return self.rng.uniform(low, high, self.shape)
+
+    def log_uniform(self, low: float, high: float) -> Array:
+        """Every decade between two positive bounds equally likely."""
+        return np.exp(self.rng.uniform(np.log(low), np.log(high), self.shape))
+
+    def sign(self) -> Array:
+        """Plus or minus one."""
+        return self.rng.choice(np.array([-1.0, 1.0]), self.shape)
+
+    def strength(self) -> Array:
+        """Share of the effort's rms that an effect is to have: 2 % to 30 %."""
+        return self.log_uniform(0.02, 0.3)
+
+    def phase(self) -> tuple[Array, Array]:
+        """Cosine and sine of a random angle."""
+        angle = self.uniform(0.0, 2.0 * np.pi)
+        return np.cos(angle), np.sin(angle)
+
+
+Draw = Callable[[Draws, Scale], dict[str, Array]]
+"""Random values of an effect's parameters for every drive of a scale; of those that it leaves out,
+the defaults count."""
+
+
+def no_draw(draws: Draws, scale: Scale) -> dict[str, Array]:
+    """No values: terms outside the catalogue are not drawn at random."""
+    return {}
+
+
+# What controller gains do about an effect.
+
+Over = Literal["", "speed", "position"]
+
+
+def _none(values: Mapping[str, float], top_speed: float) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """What gains make of an effect's parameters, or why they make nothing of them.
+
+    `edge_ident.control.compensation` carries it out.
+
+    Attributes
+    ----------
+    feedforward : mapping of parameter name to gain name
+        Fields of `firmware_interface.gains.AxisGains` that take the parameters. A field with
+        several places takes one term in each, the largest terms first.
+    times : mapping of parameter name to float or base parameter
+        What a parameter is multiplied by on its way to its field.
+    takes_over : mapping of parameter name to gain name
+        Fields that hold the parameter already, as part of the base model, and must lose it.
+    over : "", "speed" or "position"
+        The effort depends on the velocity alone, or on position and direction alone. It is sampled
+        into a curve or a table, whatever its formula.
+    resonance : tuple of parameter names
+        Inertia, rate (rad/s) and damping ratio of a sprung load, which the loop's margins bear.
+    series_resonance : tuple of parameter names
+        One over the square of the resonance (s²), and damping ratio, of a spring that the whole
+        effort passes, which the loop's margins bear.
+    loop_delay : str
+        A time (s) of either sign, whose size the loop's margins bear.
+    at_end : bool
+        The effect changes base parameters in time. Gains fit their values at the end of the
+        recording.
+    limit : str
+        The most effort that the actuator gives: feed-forward has to stay below it.
+    objection : callable
+        From the values of a term and the top speed that is supported to the reason why gains must
+        leave it alone; empty where they need not.
+    note : str
+        What else a person should know where gains use it; a part of a sentence.
+    without : str
+        Why no gain cures it; a part of a sentence. Only where nothing above is there.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Compensation(over="speed").used
+    True
+    """
+
+    feedforward: Mapping[str, str] = field(default_factory=dict)
+    times: Mapping[str, float | str] = field(default_factory=dict)
+    takes_over: Mapping[str, str] = field(default_factory=dict)
+    over: Over = ""
+    resonance: tuple[str, ...] = ()
+    series_resonance: tuple[str, ...] = ()
+    loop_delay: str = ""
+    at_end: bool = False
+    limit: str = ""
+    objection: Callable[[Mapping[str, float], float], str] = _none
+    note: str = ""
+    without: str = ""
+
+    @property
+    def used(self) -> bool:
+        """Whether gains use the effect at all."""
+        return bool(self.feedforward or self.over or self.at_end or self.borne)
+
+    @property
+    def borne(self) -> bool:
+        """Whether the design bears the effect, without a number of the law for it."""
+        resonance = self.resonance or self.series_resonance
+        return bool(resonance or self.loop_delay or self.limit)
+
+    @property
+    def parameters(self) -> frozenset[str]:
+        """Names of the parameters that this names."""
+        single = {name for name in (self.loop_delay, self.limit) if name}
+        fed = {*self.feedforward, *self.times, *self.takes_over}
+        return frozenset({*fed, *self.resonance, *self.series_resonance} | single)
+
+
+# What an effect means to the person at the machine, in everyday words.
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Where an effect comes from on a machine, and what to do about it.
+
+    Attributes
+    ----------
+    in_words : str
+        What happens, as a person at the machine would say it; a part of a sentence.
+    part : str
+        The part of the machine to look at; a part of a sentence.
+    action : str
+        What to do next, with or without a board; whole sentences.
+    size : str
+        How large it is, over names of parameters in braces; a part of a sentence. Without it, its
+        share of the effort says that.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.Advice("drag fades with speed", "magnets near the axis", "Move them.").part
+    'magnets near the axis'
+    """
+
+    in_words: str = ""
+    part: str = ""
+    action: str = ""
+    size: str = ""
+
+
 Values = Mapping[str, Array]
 """Values of an effect's parameters by name, each of the shape of the drives."""
 
@@ -45,10 +274,10 @@ _NOTHING: Final = np.zeros(())
 _NO_SEARCH: Final = SearchSpec()
 _NO_COMPENSATION: Final = Compensation()
 _NO_ADVICE: Final = Advice()
+# Hooks that act on what other terms contribute.
 _NONADDITIVE_HOOKS: Final = (
     "true_motion", "reading", "command", "torque", "transmitted", "recorded", "withheld"
 )  # fmt: skip
-"""Hooks that act on what other terms contribute."""
 
 
 @dataclass(frozen=True)

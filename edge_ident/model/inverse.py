@@ -1,7 +1,7 @@
 """The inverse direction: the effort column that belongs to a known motion, for any model."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
-from edge_ident.model.model import AxisModel, Term
-from edge_ident.model.motion import Motion
-from edge_ident.model.sources import acting, together
-from edge_ident.model.waves import added
+from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
+from edge_ident.model.motion import Motion, added
 
 Array = NDArray[np.float64]
+
+
 Kept = dict[object, Any]
 """Slow results along one motion."""
 
+# Key of the last motion that is not the reading: what moves it, and what is kept along it.
 _MOVED: Final = "moved"
-"""Key of the last motion that is not the reading: what moves it, and what is kept along it."""
 _ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
 
 
@@ -166,3 +166,141 @@ def _with_source(
             f"name one of {', '.join(others) or 'several axes'}, and give its motion",
         )
     return replace(motion, source=together((others[one.axis], one.sense) for one in acts))
+
+
+# The base model of an axis at one time of the recording that its model was made from.
+#
+# Some effects change nothing but base parameters, and do so in time: a payload, a lubricant that
+# warms, an amplifier that drifts. The hooks of such an effect say by how much at any time.
+
+
+def base_at(axis: AxisModel, time_s: float) -> AxisModel:
+    """The axis with the base parameters of a time; all of its terms are still there.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        Of one drive.
+    time_s : float
+        From the first sample of the recording on.
+    """
+    base = axis.terms[0]
+    parameters, scale = axis.parameters.copy(), 1.0
+    for term in axis.terms[1:]:
+        effect = named(term.effect)
+        if effect.changes_base:
+            values = {
+                name: np.full(1, value) for name, value in effect.complete(term.values).items()
+            }
+            parameters += _added(effect, values, time_s)
+            scale *= float(effect.command(np.ones(1), np.full(1, time_s), values)[0])
+    values_then = dict(zip(PARAMETERS, (scale * parameters).tolist(), strict=True))
+    return replace(axis, terms=(replace(base, values=values_then), *axis.terms[1:]))
+
+
+def _added(effect: Effect, values: Values, time_s: float) -> np.ndarray:
+    """What an effect adds to the base parameters (4,), from its hooks at three speeds."""
+    speed, still = np.array([-1.0, 0.0, 1.0]), np.zeros(3)
+    motion = Motion.known(np.full(3, time_s), still, speed, still)
+    load, friction, inertia = (
+        np.broadcast_to(hook(motion, values), 3)
+        for hook in (effect.load, effect.friction, effect.inertia)
+    )
+    return np.array([inertia[1], 0.5 * (load[2] - load[0]), friction[1], load[1]])
+
+
+# What effects leave of an axis's inertia and Coulomb friction.
+#
+# Some effects take a part of the base term: the load behind a play, friction that is gone at speed.
+# They may take no more than there is: at any time, at any angle of another joint, and at any
+# position that the model was seen at.
+
+_EVER: Final = (-1e12, 1e12)  # long before and long after any record, in s
+# All around another joint, in rad; what lies between them is 2 % of an amplitude at most.
+_ANGLES: Final = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+_PLACES: Final = 16  # positions along the travel
+_TOO_FAST: Final = 1e12  # velocity at which no Stribeck friction is left
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Left:
+    """The least that terms ever leave of inertia and of Coulomb friction."""
+
+    inertia: float
+    coulomb_friction: float
+
+    @property
+    def physical(self) -> bool:
+        """Whether inertia is left, and no friction drives the axis."""
+        return self.inertia > 0.0 and self.coulomb_friction > -_ROUNDING
+
+
+def left_by_terms(axis: AxisModel) -> Left:
+    """What the terms of an axis leave.
+
+    Parameters
+    ----------
+    axis : AxisModel
+        Of one drive.
+    """
+    at = everywhere(_TOO_FAST, axis)
+    inertia, friction = (
+        float(np.min(sum(getattr(named(t.effect), hook)(at, along_motion(t)) for t in axis.terms)))
+        for hook in ("inertia", "friction")
+    )
+    return Left(inertia, friction)
+
+
+def everywhere(velocity: float, axis: AxisModel) -> Motion:
+    """Instants (N, 1) at a velocity: along the travel that the axis was seen at, or at position
+    zero; long before and long after any record; with another joint at rest at angles all around."""
+    seen = axis.terms[0].supported
+    lowest, highest = (0.0, 0.0) if seen is None else seen.position
+    grids = np.meshgrid(_EVER, _ANGLES, np.linspace(lowest, highest, _PLACES))
+    time_s, angle, position = (x.reshape(-1, 1) for x in grids)
+    zero = np.zeros(time_s.shape)
+    source = Motion.known(time_s, angle, zero, zero)
+    return replace(Motion.known(time_s, position, zero + velocity, zero), source=source)
+
+
+def made_physical(axis: AxisModel, least_inertia: float) -> AxisModel:
+    """The axis with as much more inertia and Coulomb friction as a simulation needs.
+
+    A part of the friction that is larger than the whole becomes the whole. Such a part shows at
+    reversals, where the direction is hardly known, and the whole wherever the axis slides.
+
+    Parameters
+    ----------
+    axis : AxisModel
+    least_inertia : float
+        What must be left of the inertia; so little that the recording could not show it.
+    """
+    axis = replace(axis, terms=tuple(_no_more_than_all(axis)))
+    left, base = left_by_terms(axis), axis.terms[0]
+    values, std = dict(base.values), dict(base.std)
+    for name, more in (
+        ("inertia", least_inertia - left.inertia),
+        ("coulomb_friction", -left.coulomb_friction),
+    ):
+        if more > 0.0:
+            values[name] = float(values[name]) + more
+            # it is not known better than by what had to be added
+            std[name] = max(std.get(name, 0.0), more)
+    return replace(axis, terms=(replace(base, values=values, std=std), *axis.terms[1:]))
+
+
+def _no_more_than_all(axis: AxisModel) -> Iterator[Term]:
+    """The terms; those that are a part of the friction have no more than others leave of it."""
+    missing = max(0.0, -left_by_terms(axis).coulomb_friction)
+    for term in axis.terms:
+        part = named(term.effect).part_of_friction
+        if not part or not missing:
+            yield term
+            continue
+        value = float(term.values[part])
+        less = min(missing, value)
+        missing -= less
+        # it is not known better than by what had to be taken
+        std = {**term.std, part: max(term.std.get(part) or 0.0, less)}
+        yield replace(term, values={**term.values, part: value - less}, std=std)

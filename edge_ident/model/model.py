@@ -9,22 +9,202 @@ and one of either sign, but not their names. Further terms are effects of the ca
 (`edge_ident.model.effects`).
 """
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from functools import reduce
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.model.sources import axes_of
-from edge_ident.model.supported_range import SupportedRange
-from edge_ident.support.readable import Readable
+from edge_ident.model.motion import Motion
+from edge_ident.support.rows import Readable
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from edge_ident.support.rows import Table
+
+Array = NDArray[np.float64]
+
+
+# The axes that act on another one: one of them, or joints by the sum of their angles.
+#
+# A link's angle in space is the sum of the angles of all joints up to it that turn in its plane. So
+# a term names as its source one axis, `j2`, or several, `j1 + j2`. A joint that counts its angle
+# the other way round has a minus: `-j2`, `j1 - j2`.
+
+_SIGNS: Final = re.compile(r"(?:^|\s)([+-])(?:\s|(?=\S))")
+
+
+class Acting(NamedTuple):
+    """An axis that takes part, and the sense in which it counts: 1 or -1."""
+
+    axis: str
+    sense: int
+
+
+def sources(axes: Sequence[str], most: int) -> Iterator[str]:
+    """What a term may name where so many axes act by the sum of their angles, in either sense of
+    each."""
+    for count in range(1, most + 1):
+        for group, senses in product(combinations(axes, count), product("+-", repeat=count)):
+            yield _source(zip(senses, group, strict=True))
+
+
+def turned(source: str, axis: str) -> str:
+    """The same source, with one axis that counts in the other sense."""
+    acts = ((one.sense * (-1 if one.axis == axis else 1), one.axis) for one in acting(source, ()))
+    return _source(("-" if sense < 0 else "+", name) for sense, name in acts)
+
+
+def _source(signed: Iterable[tuple[str, str]]) -> str:
+    text = " ".join(f"{sign} {axis}" for sign, axis in signed)
+    return text.removeprefix("+ ") if text[0] == "+" else f"-{text[2:]}"
+
+
+def acting(source: str | None, known: Collection[str]) -> tuple[Acting, ...]:
+    """The axes that a source stands for; none for no source.
+
+    Parameters
+    ----------
+    source : str or None
+        As a term names it.
+    known : collection of str
+        Axes that there are. One that is called like a sum is meant itself.
+    """
+    if source is None:
+        return ()
+    if source in known:
+        return (Acting(source, 1),)
+    first, *others = _SIGNS.split(source)
+    pairs = zip(others[::2], others[1::2], strict=True)
+    named = [("+", first)] if first else []
+    return tuple(Acting(a, -1 if sign == "-" else 1) for sign, a in (*named, *pairs))
+
+
+def axes_of(source: str | None, known: Collection[str]) -> tuple[str, ...]:
+    """Their names."""
+    return tuple(one.axis for one in acting(source, known))
+
+
+def together(motions: Iterable[tuple[Motion, int]]) -> Motion:
+    """The motion of what acts, from those of its axes and the senses in which these count."""
+    return reduce(_sum, (_turned(motion, sense) for motion, sense in motions))
+
+
+def _turned(one: Motion, sense: int) -> Motion:
+    if sense > 0:
+        return one
+    signals = (-one.position, -one.velocity, -one.acceleration, -one.direction)
+    return Motion(one.time_s, *signals, clock=one.clock)
+
+
+def _sum(one: Motion, other: Motion) -> Motion:
+    velocity = one.velocity + other.velocity
+    return Motion(
+        one.time_s,
+        one.position + other.position,
+        velocity,
+        one.acceleration + other.acceleration,
+        np.sign(velocity),
+        clock=one.clock,
+    )
+
+
+# The range in which a term was supported, and what leaves it.
+#
+# A formula is known to hold where samples supported it. Beyond, it is a guess: a limit may lie
+# elsewhere, a play may end, an order may have another amplitude. So a model file carries the range
+# of each term, and whoever uses the model says where a motion leaves it.
+
+Interval = tuple[float, float]
+
+QUANTITIES: Final = ("position", "speed", "acceleration", "effort")
+"""What a range covers, in the order in which it is reported."""
+# Width beyond either end that still counts as inside, of the interval. The ends are extremes of
+# filtered signals, and another bandwidth or noise moves those by a few percent. At the start the
+# diagnosis leaves out at most a ninth of it, where friction and play remember earlier motion.
+_MARGIN: Final = 0.125
+
+
+@dataclass(frozen=True)
+class SupportedRange:
+    """Lowest and highest values at the samples that support a term, in the units of the axis.
+
+    Attributes
+    ----------
+    position, speed, acceleration, effort : tuple of float
+        Speed is that along the axis: negative backwards.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from edge_ident.model.model import SupportedRange
+    >>> still = np.zeros(2)
+    >>> SupportedRange.of(np.array([0.0, 2.0]), still, still, still).position
+    (0.0, 2.0)
+    """
+
+    position: Interval
+    speed: Interval
+    acceleration: Interval
+    effort: Interval
+
+    @classmethod
+    def of(cls, position: Array, speed: Array, acceleration: Array, effort: Array) -> Self:
+        """The range of signals, (N,) each."""
+        signals = (position, speed, acceleration, effort)
+        return cls(*((float(np.min(signal)), float(np.max(signal))) for signal in signals))
+
+    def left_by(self, motion: "SupportedRange") -> tuple["Departure", ...]:
+        """Quantities of a motion that leave this range by more than the margin."""
+        found = []
+        for quantity in QUANTITIES:
+            supported, reached = getattr(self, quantity), getattr(motion, quantity)
+            margin = _MARGIN * (supported[1] - supported[0])
+            if reached[0] < supported[0] - margin or reached[1] > supported[1] + margin:
+                found.append(Departure(quantity, reached, supported))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Departure:
+    """A quantity that leaves the range of one or several terms.
+
+    Attributes
+    ----------
+    quantity : str
+        One of `QUANTITIES`.
+    reached, supported : tuple of float
+        Its lowest and highest values in the motion, and in the range of the term.
+    """
+
+    quantity: str
+    reached: Interval
+    supported: Interval
+
+    def sentence(self, unit: str) -> str:
+        """The departure in words, with its unit."""
+        low, high = self.reached
+        return (
+            f"{self.quantity} {low:.3g} to {high:.3g} {unit} (supported "
+            f"{self.supported[0]:.3g} to {self.supported[1]:.3g})"
+        )
+
+
+def quantity_unit(quantity: str, position_unit: str, effort_unit: str) -> str:
+    """Unit of one of `QUANTITIES` on an axis."""
+    return {
+        "position": position_unit,
+        "speed": f"{position_unit}/s",
+        "acceleration": f"{position_unit}/s^2",
+        "effort": effort_unit,
+    }[quantity]
+
 
 PARAMETERS: Final = ("inertia", "viscous_friction", "coulomb_friction", "offset")
 POSITIVE: Final = np.array([True, True, True, False])
@@ -224,12 +404,12 @@ class Model(Readable):
         mapping of column name to list
             What a data frame takes.
         """
-        from edge_ident.model.model_table import model_table
+        from edge_ident.model.model_files import model_table
 
         return model_table(self)
 
     def __rich__(self) -> "RenderableType":
-        from edge_ident.model.model_table import model_table
+        from edge_ident.model.model_files import model_table
         from edge_ident.support.rows import shown
 
         return shown(model_table(self), "model")

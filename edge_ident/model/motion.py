@@ -1,12 +1,19 @@
-"""The motion of an axis, as effects and estimators read it."""
+"""The motion of an axis as effects and estimators read it, and effort that repeats along it."""
 
+import math
 from dataclasses import dataclass, field
+from functools import reduce
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES
+
 Array = NDArray[np.float64]
+
+
+# The motion of an axis, as effects and estimators read it.
 
 _NOTHING: Final = np.zeros(())
 
@@ -69,3 +76,179 @@ class Motion:
         """The axis that acts on this one; the model makes sure that there is one."""
         assert self.source is not None
         return self.source
+
+
+# Sinusoids of position or time, powers, and what acts at one place.
+
+
+TURNS_RAD: Final = (2.0 * np.pi, np.pi)
+"""Periods of what repeats once or twice per turn."""
+
+
+def wave(angle: Array, cosine: Array, sine: Array) -> Array:
+    """cosine·cos(angle) + sine·sin(angle). One without amplitude costs nothing."""
+    if not (sine.any() or cosine.any()):
+        return np.zeros(())
+    half = np.tan(0.5 * angle)
+    below = half * half
+    below += 1.0
+    # in place: new memory takes longer than what is computed there
+    found = np.asarray(2.0 * cosine + 2.0 * sine * half)
+    found /= below
+    found -= cosine
+    return found
+
+
+def cosine_and_sine(angle: Array) -> tuple[Array, Array]:
+    """Both, from the tangent of half the angle: numpy computes that several times as fast as either
+    where the processor has wide vectors, and as fast as both where it has not."""
+    half = np.tan(0.5 * angle)
+    share = half * half
+    share += 1.0
+    share = 2.0 / share
+    half *= share
+    share -= 1.0
+    return share, half
+
+
+def bump(position: Array, size: Array, place: Array, width: Array) -> Array:
+    """size·exp(-((position - place)/width)²)."""
+    if not size.any():
+        return np.zeros(())
+    return np.asarray(size * np.exp(-np.square((position - place) / width)))
+
+
+def polynomial(x: Array, *coefficients: Array) -> Array:
+    """Powers of x from the first on. One without coefficients costs nothing."""
+    if not any(one.any() for one in coefficients):
+        return np.zeros(())
+    *lower, found = coefficients
+    for one in reversed(lower):
+        found = one + found * x
+    return found * x
+
+
+def added(*parts: Array) -> Array:
+    """Their sum. What is no more than a zero takes no pass over all samples."""
+    found = [part for part in parts if part.ndim or part]
+    return reduce(np.add, found) if found else np.zeros(())
+
+
+# Effort that comes back along the speed and along the stroke, named or not.
+#
+# It has the shape of the board's law: friction over speed for each direction, and a load and a
+# friction over position, straight between entries (`firmware_interface.control_law`). So what is
+# fitted to recordings is what a board can give. An entry that no sample reached stays at zero.
+
+
+OVER_SPEED, OVER_POSITION = 2 * FRICTION_ENTRIES, 2 * TABLE_ENTRIES
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Where the entries lie.
+
+    Attributes
+    ----------
+    top_speed : float
+        Of the last entry over speed; the others lie at squares of their number.
+    start, step : float
+        Position of the first entry over position, and from one to the next.
+    """
+
+    top_speed: float
+    start: float
+    step: float
+
+    @classmethod
+    def over(cls, position: Array, velocity: Array) -> "Grid":
+        """The grid over the range of positions and speeds, (N,) each."""
+        low, high = float(np.min(position)), float(np.max(position))
+        return cls(float(np.max(np.abs(velocity))), low, (high - low) / (TABLE_ENTRIES - 1))
+
+    def columns(self, position: Array, velocity: Array, direction: Array) -> Array:
+        """What each entry contributes per N·m, (N, `OVER_SPEED` + `OVER_POSITION`).
+
+        Forward and backward friction over speed, then load and friction over position.
+
+        Parameters
+        ----------
+        position, velocity, direction : (N,) arrays
+            The direction is between -1 and 1 where it changes.
+        """
+        last = FRICTION_ENTRIES - 1
+        at_speed = last * np.sqrt(np.minimum(np.abs(velocity) / self.top_speed, 1.0))
+        friction = _hats(at_speed, FRICTION_ENTRIES)
+        forward = np.where(velocity > 0.0, direction, 0.0)[:, None]
+        backward = np.where(velocity > 0.0, 0.0, direction)[:, None]
+        place = _hats((position - self.start) / self.step, TABLE_ENTRIES)
+        parts = (friction * forward, friction * backward, place, place * direction[:, None])
+        return np.concatenate(parts, axis=1)
+
+
+@dataclass(frozen=True)
+class Repeating:
+    """Effort of an axis that repeats over its speed and its stroke.
+
+    Attributes
+    ----------
+    grid : Grid
+    entries : (`OVER_SPEED` + `OVER_POSITION`,) array
+        N·m, as the columns of the grid; (D, ...) for D drives at once.
+    """
+
+    grid: Grid
+    entries: Array
+
+    def effort(self, position: Array, velocity: Array, direction: Array) -> Array:
+        """Effort (N,), or (D, N), along a motion of (N,) samples."""
+        columns = self.grid.columns(position, velocity, direction)
+        return np.asarray(self.entries @ columns.T)
+
+    @property
+    def tables(self) -> tuple[Array, Array, Array, Array]:
+        """Friction forward and backward over speed; load and friction over position."""
+        at = np.cumsum([FRICTION_ENTRIES, FRICTION_ENTRIES, TABLE_ENTRIES])
+        forward, backward, load, friction = np.split(self.entries, at)
+        return forward, backward, load, friction
+
+
+def _hats(place: Array, entries: int) -> Array:
+    """Shares (N, entries) of each entry at places (N,); nothing beyond one cell outside."""
+    return np.maximum(1.0 - np.abs(place[:, None] - np.arange(entries)), 0.0)
+
+
+# The shift that a digital controller brings into a record; part of every model.
+
+LARGEST_SHIFT: Final = 1.5
+"""Largest shift of a controller's timing, in sampling periods: one for its calculation, half a one
+because its command is held."""
+EVEN_SHIFT: Final = LARGEST_SHIFT / math.sqrt(3.0)
+"""Standard deviation of a shift of which only its limits are known, in sampling periods."""
+# Deviation, of that, from which a recording says hardly anything of the shift.
+_UNKNOWN: Final = 0.9
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Shift between effort and position, part of the base model.
+
+    Attributes
+    ----------
+    shift_s : float
+        By which the effort is recorded late, beyond what the recording states.
+    shift_samples, std_samples : float
+        The same in sampling periods, and its standard deviation.
+    """
+
+    shift_s: float = 0.0
+    shift_samples: float = 0.0
+    std_samples: float = 0.0
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the recording says hardly more of the shift than its limits."""
+        return self.std_samples > _UNKNOWN * EVEN_SHIFT
+
+
+NO_SHIFT: Final = Timing()

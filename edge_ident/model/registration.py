@@ -11,16 +11,15 @@ from typing import Final
 import numpy as np
 
 from edge_ident.errors import ModelError
-from edge_ident.model.compensation import Over
-from edge_ident.model.effect import Array, Effect
+from edge_ident.model.effect import Array, Effect, Over, no_draw
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, Span
-from edge_ident.model.strengths import no_draw
 from edge_ident.support.given import check_type
 from firmware_interface.gains import AxisGains
 
 _UNITS: Final = {"effort": "N*m", "position": "rad", "inertia": "kg*m^2"}
+# Hooks, and those of the other direction of which each requires one.
 _TOGETHER: Final = (
     ("true_motion", "reading"),
     ("reading", "true_motion"),
@@ -29,15 +28,14 @@ _TOGETHER: Final = (
     ("transmitted", "command"),
     ("withheld", "torque"),
 )
-"""Hooks, and those of the other direction of which each requires one."""
+# Hooks through one of which an effect acts.
 _ACTING: Final = (
     "load", "friction", "inertia", "cross_inertia", "resistance", "reading", "torque",
     "transmitted", "recorded",
 )  # fmt: skip
-"""Hooks through one of which an effect acts."""
 _GAINS: Final = frozenset(field.name for field in fields(AxisGains))
-_LINEAR: Final = 1e-9
-"""Relative deviation from proportionality that rounding explains."""
+_LINEAR: Final = 1e-9  # relative deviation from proportionality that rounding explains
+# Excitation by the motion along which linearity is checked.
 _PROBE: Final = Excitation(
     lowest=-1.5,
     travel=3.0,
@@ -52,7 +50,6 @@ _PROBE: Final = Excitation(
     base=np.array([0.5, 1.0, 1.0, 0.1]),
     spans=(Span(0, 0.0, 2.0),),
 )
-"""Excitation by the motion along which linearity is checked."""
 
 
 def check_effect(name: str, effect: object, catalogue: Collection[str]) -> None:

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.present.tables import diagnosis_view
 from edge_ident.diagnosis.present.wording import only_elsewhere, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.estimation.tracking_check import off_reference
+from edge_ident.estimation.trust import off_reference
 from edge_ident.report.answer import diagnosed_sentence, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.next_steps import blocking_steps, distinct, look_at

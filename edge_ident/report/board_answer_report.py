@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from edge_ident.commissioning.board_answer import AxisAnswer
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.study.board_answer import AxisAnswer
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import PARAMETERS
 from firmware_interface.registers import IdentificationReason

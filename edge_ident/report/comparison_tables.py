@@ -10,7 +10,7 @@ from rich.text import Text
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import finding_document
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
 
 
 def comparison_view(comparison: Comparison) -> Group:

@@ -16,8 +16,7 @@ from edge_ident.identification.result import (
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
-from edge_ident.support.hashing import file_sha256
-from edge_ident.support.json_text import finite
+from edge_ident.support.documents import file_sha256, finite
 from edge_ident.support.version import VERSION
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from edge_ident.commissioning.data_sheet.described_drive import DescribedDrive
+from edge_ident.commissioning.described_drive import DescribedDrive
 from edge_ident.drive.description import drive_text
 
 

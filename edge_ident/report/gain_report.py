@@ -9,9 +9,8 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.commissioning.gains.forecast import Forecast, Forecasts
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import Expected, Promise
+from edge_ident.commissioning.promise import Expected, Forecast, Forecasts, Promise
+from edge_ident.commissioning.verification import GainChange
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.promise_report import (
@@ -20,8 +19,8 @@ from edge_ident.report.promise_report import (
     promise_rows,
     tried,
 )
-from edge_ident.support.json_text import finite
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
+from edge_ident.support.documents import finite
 from firmware_interface.gains import Bank
 
 

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.commissioning.gains.transfer import change_factor
+from edge_ident.commissioning.gain_transfer import change_factor
 from firmware_interface.gains import AxisGains, numbers_in_use
 
 _RIPPLE: Final = "ripple_"

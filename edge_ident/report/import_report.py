@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from edge_ident.signals.contract_columns import EFFORTS, parse_name
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import Inspection
-from edge_ident.signals.resampling import EvenGrid
 from edge_ident.signals.scale_checks import check_scales
+from edge_ident.signals.time_stamps import EvenGrid
 
 Array = NDArray[np.float64]
 

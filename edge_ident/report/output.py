@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Final
 
 from rich.console import RenderableType
 
-from edge_ident.support.atomic_files import atomic_write
 from edge_ident.support.console import VisibleConsole
+from edge_ident.support.documents import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

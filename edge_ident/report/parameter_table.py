@@ -9,7 +9,7 @@ from rich.markup import escape
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model
 from edge_ident.model.model_files import values_document
 from edge_ident.report.intervals import interval_texts
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
 from edge_ident.support.words import spoken
 
 EFFECTIVE: Final = "effective: the line through the friction curve, over the speeds visited"

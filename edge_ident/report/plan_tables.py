@@ -13,7 +13,7 @@ from rich.text import Text
 from edge_ident.drive.motions import motion_document
 from edge_ident.experiment.result import MotionPlan, Why, inseparable_sentence
 from edge_ident.report.run_motions import uses_document
-from edge_ident.support.tables import FittingTable, plain_table
+from edge_ident.support.console import FittingTable, plain_table
 from edge_ident.support.words import spoken
 from firmware_interface.motion import Multisine, Staircase
 

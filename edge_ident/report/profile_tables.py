@@ -3,9 +3,9 @@
 from rich.console import Group
 from rich.text import Text
 
-from edge_ident.commissioning.latency.result import TARGET_MS, Profile, ProfileRun, spread
+from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, spread
 from edge_ident.report.waterfall import bar_texts
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
 
 
 def profile_view(profile: Profile) -> Group:

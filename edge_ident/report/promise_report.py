@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Any
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promise, Promised
-from edge_ident.support.json_text import finite
+from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promise, Promised
+from edge_ident.commissioning.verification import GainChange
+from edge_ident.support.documents import finite
 
 
 def promise_document(promise: Promise | None) -> dict[str, Any] | None:

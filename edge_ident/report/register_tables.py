@@ -5,9 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from edge_ident.commissioning.link.register_access import code_name
-from firmware_interface.map_versions import MAP_CRCS
-from firmware_interface.received import valid_value
+from edge_ident.commissioning.register_access import code_name
+from firmware_interface.board_types import MAP_CRCS, valid_value
 from firmware_interface.register import Register
 
 Values = Mapping[str, tuple[float, ...]]

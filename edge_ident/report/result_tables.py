@@ -5,8 +5,8 @@ from dataclasses import astuple, fields
 from typing import TYPE_CHECKING, Final
 
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.model_table import NAMES as OF_MODELS
-from edge_ident.model.model_table import term_rows
+from edge_ident.model.model_files import NAMES as OF_MODELS
+from edge_ident.model.model_files import term_rows
 from edge_ident.report.gain_rows import gain_label
 from edge_ident.support.rows import Cell, Table, table_of
 

@@ -5,20 +5,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.latency.result import TARGET_MS, Profile, spread
-from edge_ident.commissioning.motion.capture import Capture
-from edge_ident.commissioning.motion.homing import Held, Homing
+from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.homing import Held, Homing
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.latency import TARGET_MS, Profile, spread
 from edge_ident.commissioning.rounds import Round
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.verification import GainChange
 from edge_ident.estimation.network import Network
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.promise_report import commit_document, promise_document
 from edge_ident.report.run_motions import motions_document
-from edge_ident.support.hashing import file_sha256
+from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
 

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from edge_ident.commissioning.study.identification_motions import IdentificationMotion
+from edge_ident.commissioning.identification_motions import IdentificationMotion
 from edge_ident.experiment.result import QUANTITIES, AxisUse, question
 from edge_ident.identification.result import AxisIdentification
-from edge_ident.support.hashing import file_sha256
-from edge_ident.support.json_text import finite
+from edge_ident.support.documents import file_sha256, finite
 from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Staircase, reference
 

@@ -2,9 +2,8 @@
 
 from typing import Final
 
-from edge_ident.commissioning.answer import Ending
-from edge_ident.commissioning.gains.files import BACKUP_FILE
-from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.gain_transfer import BACKUP_FILE
+from edge_ident.commissioning.run import Ending, Outcome
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.report.next_steps import blocking_steps, distinct, look_at
 

@@ -6,10 +6,9 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Verification
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.study.separation import Separation
+from edge_ident.commissioning.separation import Separation
+from edge_ident.commissioning.verification import GainChange, Verification
 from edge_ident.model.model import Model
 from edge_ident.report.answer import (
     model_lines,
@@ -22,7 +21,7 @@ from edge_ident.report.identification_tables import designs_view, identification
 from edge_ident.report.parameter_table import parameter_table
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.report.run_steps import run_steps
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
 from edge_ident.support.words import listed
 
 

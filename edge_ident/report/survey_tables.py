@@ -12,7 +12,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.files.extras import needed
+from edge_ident.files.opening import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import COLUMNS, Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.report.page.wording import to_its_std
@@ -25,12 +25,12 @@ from edge_ident.report.survey_wording import (
     ratio_to_others,
     verdict_words,
 )
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.console import FittingTable
+from edge_ident.support.documents import atomic_write
 from edge_ident.support.next_step import Done, whole_step
 from edge_ident.support.numbers import with_deviation
 from edge_ident.support.rows import Cell
-from edge_ident.support.tables import FittingTable
-from edge_ident.support.visible_text import on_a_line
+from edge_ident.support.words import on_a_line
 
 CSV_FILE: Final = "survey.csv"
 PARQUET_FILE: Final = "survey.parquet"

@@ -7,8 +7,8 @@ from typing import Final
 
 from markupsafe import Markup
 
-from edge_ident.commissioning.latency.result import Profile, ProfileRun, Spread, spread
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.commissioning.latency import Profile, ProfileRun, Spread, spread
+from edge_ident.support.documents import atomic_write
 
 _WHOLE: Final = "total"
 _CELLS: Final = 24

@@ -10,17 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from edge_ident.errors import DataError
-from edge_ident.files.headings import repetition, split_heading
-from edge_ident.files.table import Column, Table
+from edge_ident.files.table import Column, Table, repetition, split_heading
 from edge_ident.files.units import Unit, known_unit, stated_unit
-from edge_ident.signals.column_proposals import propose_axes
-from edge_ident.signals.column_roles import role_of
-from edge_ident.signals.column_units import (
-    check_options,
-    conversion,
-    resolved_unit,
-    unit_may_be_name,
-)
+from edge_ident.signals.column_proposals import propose_axes, propose_time
 from edge_ident.signals.contract_columns import (
     EFFORTS,
     QUANTITIES,
@@ -28,12 +20,21 @@ from edge_ident.signals.contract_columns import (
     contract_name,
     parse_name,
 )
-from edge_ident.signals.read_columns import PLACEHOLDERS, Proposal, ReadColumn, read_columns
-from edge_ident.signals.read_options import ReadOptions
-from edge_ident.signals.time_proposals import propose_time
+from edge_ident.signals.read_columns import (
+    PLACEHOLDERS,
+    Proposal,
+    ReadColumn,
+    ReadOptions,
+    check_options,
+    conversion,
+    read_columns,
+    resolved_unit,
+    role_of,
+    unit_may_be_name,
+)
 
+# Stands in a proposed command line where no heading says which columns these are.
 _UNNAMED: Final = ("POSITION=x_position_rad", "EFFORT=x_torque_nm")
-"""Stands in a proposed command line where no heading says which columns these are."""
 
 
 @dataclass(frozen=True)

@@ -10,21 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor, regressor_rows
-from edge_ident.signals.decimation import parts_of
-from edge_ident.signals.encoder import count_and_noise, position_noise
-from edge_ident.signals.filters import differentiate, lowpass
+from edge_ident.signals.filters import differentiate, lowpass, parts_of
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Sampling
-from edge_ident.signals.resampling import EvenGrid
-from edge_ident.signals.standstill import bridge, near_unknown, standing
+from edge_ident.signals.time_stamps import EvenGrid
 
 Array = NDArray[np.float64]
 
+
 SAMPLES_PER_CUTOFF_PERIOD: Final = 2.5
 """Rate after decimation, in cut-offs: what the filter passes is kept, no more."""
+# Samples that are estimated from: beyond, noise moves parameters far less than model error does.
 _MOST_SAMPLES: Final = 1 << 19
-"""Samples that are estimated from: beyond, noise moves parameters far less than model error does.
-"""
 SAMPLED_PER_PERIOD: Final = 20
 """Gautier's rule: sample at least 100 times faster than the dynamics, filter at 5 times."""
 FEWEST_CUTOFF_PERIODS: Final = 10.0
@@ -115,7 +112,7 @@ def condition(
     Parameters
     ----------
     time_s, position : (N,) arrays
-        Uneven sampling is brought to an even grid, see `edge_ident.signals.resampling`.
+        Uneven sampling is brought to an even grid, see `edge_ident.signals.time_stamps`.
     effort : (N,) array, or (D, N) on an even grid
         Several efforts may share one motion.
     effort_shift_s : float
@@ -304,3 +301,177 @@ def unit_length(regressor: Array) -> tuple[Array, Array]:
     length = np.linalg.norm(regressor, axis=0)
     length = np.where(length > 0, length, 1.0)
     return regressor / length, length
+
+
+# Samples that tell nothing of a motion: standstills, and what a filter mixes with unknown ones.
+
+Mask = NDArray[np.bool_]
+
+_DECAY_PERIODS: Final = 1.5  # Cut-off periods after which 3 % of the filter's response are left
+# Range of the position, in standard deviations of its noise, up to which the axis stands.
+_STANDSTILL_NOISE: Final = 8.0
+# Share of an axis's typical speed. A judgement: what friction does at low speed, it does at ten
+# times that.
+_CREEPING: Final = 0.005
+
+
+def shortest_move_s(cutoff_hz: float) -> float:
+    """Duration of a move between two rests of which hardly a sample is left."""
+    return 2.0 * _DECAY_PERIODS / cutoff_hz
+
+
+def standing(
+    position: Array, noise: float, cutoff_hz: float, period_s: float, speed: float = 0.0
+) -> Mask:
+    """Samples in or near a standstill of at least one cut-off period.
+
+    In a standstill the encoder shows nothing but its own noise, of the standard deviation `noise`,
+    or the axis creeps, compared with its typical speed (`crept`). It spoils filtered signals to
+    either side until the filter's response has decayed. A shorter reversal stays in: there the
+    filtered sign of the velocity describes what the filter leaves of the friction.
+
+    Returns
+    -------
+    (N,) array of bool
+    """
+    width = int(np.ceil(1.0 / (cutoff_hz * period_s)))
+    margin = int(np.ceil(_DECAY_PERIODS * width))
+    most = max(_STANDSTILL_NOISE * noise, crept(speed, width * period_s))
+    return at_rest(position, most, width, margin)
+
+
+def crept(speed: float, duration_s: float) -> float:
+    """Distance up to which an axis of a typical speed creeps in a time, and does not slide.
+
+    A controller that holds its place moves it so little, by what bearings, seals and belts give
+    way. Friction then is whatever holds the axis, and not that of its direction.
+    """
+    return _CREEPING * speed * duration_s
+
+
+def at_rest(position: Array, most: float, width: int, margin: int = 0) -> Mask:
+    """Samples (N,) of windows in which a position (N,) hardly changes.
+
+    Parameters
+    ----------
+    position : (N,) array
+    most : float
+        Range of the position in such a window.
+    width : int
+        Samples in a window.
+    margin : int
+        Samples to both sides of a window that count with it.
+    """
+    if width >= len(position):
+        return np.zeros(len(position), dtype=np.bool_)
+    still = _range_within(position, width) <= most
+    # from the windows' first samples to all of their samples and the margins at both sides
+    return _spread(still, width + 2 * margin)[margin : margin + len(position)]
+
+
+def near_unknown(unknown: Mask, cutoff_hz: float, period_s: float) -> Mask:
+    """Samples that the filter mixes with unknown ones."""
+    if not np.any(unknown):
+        return unknown
+    margin = min(int(np.ceil(_DECAY_PERIODS / (cutoff_hz * period_s))), len(unknown) // 2 - 1)
+    return widened(unknown, margin)
+
+
+def widened(mask: Mask, by: int) -> Mask:
+    """Extend a mask (N,) by a number of samples to either side."""
+    return _spread(mask, 2 * by + 1)[by : by + len(mask)]
+
+
+def bridge(signal: Array, moving: Mask) -> Array:
+    """Replace (..., N) signals by straight lines where the axis does not move."""
+    if moving.all() or not moving.any():
+        return signal
+    bridged, changes = signal.copy(), np.flatnonzero(np.diff(moving, prepend=True, append=True))
+    for begin, end in changes.reshape(-1, 2):
+        known = [at for at in (begin - 1, end) if 0 <= at < len(moving)]
+        first, last = signal[..., known[0], None], signal[..., known[-1], None]
+        slope = (last - first) / max(known[-1] - known[0], 1)
+        bridged[..., begin:end] = first + slope * np.arange(begin - known[0], end - known[0])
+    return bridged
+
+
+def _spread(mask: Mask, width: int) -> Mask:
+    """Samples (N + width - 1,) up to `width` - 1 after one of a mask (N,), by doubling."""
+    spread = np.zeros(len(mask) + width - 1, dtype=np.bool_)
+    spread[: len(mask)] = mask
+    reached = 1
+    while reached < width:
+        step = min(reached, width - reached)
+        spread[step:] |= spread[:-step].copy()
+        reached += step
+    return spread
+
+
+def _range_within(signal: Array, width: int) -> Array:
+    """Range of every `width` neighbours (N - width + 1,) in a signal (N,), by doubling."""
+    largest = smallest = signal
+    reached = 1
+    while reached < width:
+        step = min(reached, width - reached)
+        largest = np.maximum(largest[:-step], largest[step:])
+        smallest = np.minimum(smallest[:-step], smallest[step:])
+        reached += step
+    return np.asarray(largest - smallest)
+
+
+# What a recorded position tells of its encoder: resolution and noise.
+
+
+_ALWAYS: Final = 0.9  # share of samples in which an axis moves, from which rounding is white noise
+# Noise by sixth differences over that by third ones, below which the third ones hold motion. Of
+# white noise and of counts that follow each other slowly, it is 0.95 to 1.05.
+_MOTION: Final = 0.75
+_NO_ROUNDING: Final = 0.5  # noise over that of rounding, below which a position is not rounded
+
+
+def position_noise(position: Array) -> float:
+    """Standard deviation of white noise in a position, at least that of its quantization."""
+    return count_and_noise(position)[1]
+
+
+def encoder_count(position: Array) -> float:
+    """Smallest step between values that a position takes, 0 where that is no count."""
+    return count_and_noise(position)[0]
+
+
+def count_and_noise(position: Array) -> tuple[float, float]:
+    """`encoder_count` and `position_noise` of a position (N,), in less time than one by one."""
+    white = _white_noise(position)
+    count = _count(position, white)
+    return count, max(white, count / float(np.sqrt(12.0)))
+
+
+def _count(position: Array, white: float) -> float:
+    """The smallest step, of a position with so much white noise.
+
+    An axis that moves on all the time and never returns takes each value once. Its smallest step is
+    that of the slowest sample. Rounding to counts of that size would show as noise.
+    """
+    parts, least = parts_of(position), 1e-9 * np.ptp(position)
+    # a motion goes up and down for long: a merge sort takes an eighth of the time
+    steps = np.concatenate([np.diff(np.sort(part, kind="stable")) for part in parts])
+    count = float(np.min(np.where(steps > least, steps, np.inf)))
+    if not np.isfinite(count):
+        return 0.0
+    changes = [np.count_nonzero(part[1:] != part[:-1]) / (len(part) - 1) for part in parts]
+    moves = float(np.mean(changes)) > _ALWAYS
+    rounding = count / np.sqrt(12.0)
+    return 0.0 if moves and white < _NO_ROUNDING * rounding else count
+
+
+def _white_noise(position: Array) -> float:
+    """Third differences remove a slow motion and multiply white noise by √20.
+
+    Sixth ones remove a faster motion, and multiply it by √924. Where they tell of decidedly less
+    noise, the third hold motion.
+    """
+    third = [np.diff(part, 3) for part in parts_of(position)]
+    noise = float(np.sqrt(np.mean([np.mean(part**2) for part in third]) / 20.0))
+    sixth = [np.diff(part, 3) for part in third]
+    without_motion = float(np.sqrt(np.mean([np.mean(part**2) for part in sixth]) / 924.0))
+    return without_motion if without_motion < _MOTION * noise else noise

@@ -19,27 +19,24 @@ from edge_ident.signals.metrics import relative_residual
 
 Array = NDArray[np.float64]
 
-_BITS: Final = (8, 12, 16, 24, 32)
-"""Of the words that drives send."""
+
+_BITS: Final = (8, 12, 16, 24, 32)  # of the words that drives send
 _SIGN_MAGNITUDE: Final = "sign-magnitude"
-_ROUNDING: Final = 1e-9
-"""Rounding of a number that a file states, as a share of it."""
-_SAME: Final = 1e-12
-"""The same of a number in memory: a step of a 32-bit word is larger."""
-_DECIMALS: Final = 10
-"""Decimals of a file that are looked at."""
+_ROUNDING: Final = 1e-9  # rounding of a number that a file states, as a share of it
+_SAME: Final = 1e-12  # the same of a number in memory: a step of a 32-bit word is larger
+_DECIMALS: Final = 10  # decimals of a file that are looked at
+# What decoding must leave of the mean square of the steps from sample to sample.
 _JUMPS: Final = 0.5
-"""What decoding must leave of the mean square of the steps from sample to sample."""
+# The same over the variance of the decoded effort; that of white noise is 2. An effort that is
+# switched between two levels is noise when its levels are put over each other.
 _SMOOTH: Final = 1.0
-"""The same over the variance of the decoded effort; that of white noise is 2. An effort that is
-switched between two levels is noise when its levels are put over each other."""
+# Different values of either sign: an effort of fewer levels is a command that is switched.
 _FEWEST_LEVELS: Final = 8
-"""Different values of either sign: an effort of fewer levels is a command that is switched."""
+# Residual that the base model may leave of a magnitude; of the numbers as they stand it leaves more
+# than twice as much.
 _LEFT: Final = 0.3
-"""Residual that the base model may leave of a magnitude; of the numbers as they stand it leaves
-more than twice as much."""
+# Lowest value over the highest, up to which an effort of one sign reaches zero.
 _NEAR_ZERO: Final = 0.1
-"""Lowest value over the highest, up to which an effort of one sign reaches zero."""
 _ROUNDS: Final = 30
 _TINY: Final = float(np.finfo(float).tiny)
 

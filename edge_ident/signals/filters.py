@@ -6,23 +6,22 @@ Janot et al. 2014 for the practice in robot identification).
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.decimation import LONG
-
 Array = NDArray[np.float64]
 
+
+# Cut-off periods after which the filter's impulse response is below 1e-6.
 _SETTLING_PERIODS: Final = 6.0
-"""Cut-off periods after which the filter's impulse response is below 1e-6."""
-_WHITENING_PERIODS: Final = 3.0
-"""Periods of the knee after which that of `whitening` is."""
+_WHITENING_PERIODS: Final = 3.0  # periods of the knee after which that of `whitening` is
+# Highest cut-off, of the sampling rate, of which that holds: it leaves little of a jump at half the
+# sampling rate, where the spectrum ends.
 _SLOW: Final = 0.125
-"""Highest cut-off, of the sampling rate, of which that holds: it leaves little of a jump at half
-the sampling rate, where the spectrum ends."""
 
 
 def differentiate(
@@ -298,3 +297,166 @@ def _at_ends(degree: int) -> tuple[Array, Array]:
         for end in (-1.0, 1.0)
     )
     return first, last
+
+
+# Long recordings: fewer samples where a bandwidth needs no more, and parts that tell of the whole.
+#
+# A drive is sampled at least twenty times faster than the bandwidth of its identification.
+# Recordings of a minute bear that. In hours at 1 kHz most samples tell nothing, and cost time and
+# memory.
+
+
+LONG: Final = 1 << 17
+"""Samples from which a recording is long: two minutes at 1 kHz."""
+_PARTS: Final = 16
+_PART: Final = 1 << 14  # samples of a part, of which one long recording has 16, evenly spread
+# Half the length of the low-pass filter, in samples of the lower rate: 100 dB of attenuation.
+_REACH: Final = 22
+# Middle of the filter's transition, of the lower rate: flat up to 0.35 of it, nothing from 0.5 on.
+_MIDDLE: Final = 0.425
+_KAISER: Final = 10.06  # parameter of Kaiser's window (1974) for 100 dB
+_BLOCK: Final = 1 << 17  # samples that are filtered at once: they stay in the processor's cache
+
+
+def parts_of(signal: Array) -> list[Array]:
+    """Parts that tell the noise of a signal (N,): the whole, or 16 spread over a long one."""
+    if len(signal) <= LONG:
+        return [signal]
+    count = min(_PARTS, len(signal) // _PART)
+    starts = np.linspace(0, len(signal) - _PART, count).astype(np.intp)
+    return [signal[start : start + _PART] for start in starts]
+
+
+def kept(samples: int, stride: int) -> slice:
+    """Samples that decimation keeps: those at which the filter reaches over neither end."""
+    return slice(_REACH * stride, samples - _REACH * stride, stride)
+
+
+def decimate(first: Array, second: Array, stride: int) -> tuple[Array, Array]:
+    """Two signals (N,), low-passed without delay, at the samples that are `kept`.
+
+    The filter ends after 22 samples of the lower rate, so a block is filtered like the whole.
+    """
+    size = max(8 * _REACH, _BLOCK // stride)
+    inner, outputs = size - 2 * _REACH, len(range(len(first))[kept(len(first), stride)])
+    response = np.fft.fft(_kernel(stride, size * stride))
+    both = np.zeros(size * stride, dtype=np.complex128)
+    result = np.empty(outputs, dtype=np.complex128)
+    for at in range(0, outputs, inner):
+        block = slice(at * stride, (at + size) * stride)
+        here = len(first[block])
+        both.real[:here], both.imag[:here] = first[block], second[block]
+        # two real signals make one complex; to take every stride-th sample folds the spectrum
+        spectrum = np.fft.fft(both) * response
+        folded = np.fft.ifft(spectrum.reshape(stride, size).mean(axis=0))
+        result[at : at + inner] = folded[_REACH : _REACH + min(inner, outputs - at)]
+    return result.real.copy(), result.imag.copy()
+
+
+def any_of(mask: NDArray[np.bool_], stride: int) -> NDArray[np.bool_]:
+    """Whether any of the samples from one that is `kept` to the next is marked."""
+    starts = np.arange(len(mask))[kept(len(mask), stride)]
+    return np.logical_or.reduceat(mask, starts)
+
+
+def _kernel(stride: int, length: int) -> Array:
+    """Windowed sinc around index 0 of a circle."""
+    lag = np.arange(-_REACH * stride, _REACH * stride + 1)
+    taps = np.sinc(2.0 * _MIDDLE / stride * lag) * np.kaiser(len(lag), _KAISER)
+    kernel = np.zeros(length)
+    kernel[lag] = taps / np.sum(taps)
+    return kernel
+
+
+# Lines in the spectrum of a motion: its frequencies, where it is a sum of a few sinusoids.
+
+Mask = NDArray[np.bool_]
+
+ONE_LINE: Final = 0.9
+"""Share of a velocity's variance in one line, from which the other frequencies together move an
+axis by less than a third as much."""
+# Frequencies tried in each step of the record's resolution: a peak is lower by 3 % at most.
+_FINER: Final = 4
+# Share of a signal's power from which a line belongs to the motion. What shakes an axis from
+# outside moves it far less than its drive does.
+_STRONG: Final = 0.01
+_MOST: Final = 40  # lines that are looked for
+_ORDERS: Final = 3  # harmonics of each line that friction and play add: even ones and odd ones
+# Share of the power from which a line's harmonics and combinations are considered.
+_DOMINANT: Final = 0.1
+_NARROW: Final = 0.5  # distance from any line that belongs to it, of the resolution of the record
+_WIDE: Final = 1.5  # the same for strong lines, whose feet are wide, and what friction adds
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a spectrum.
+
+    Attributes
+    ----------
+    frequency_hz : float
+    share : float
+        Of the signal's variance that a sinusoid of this frequency explains.
+    """
+
+    frequency_hz: float
+    share: float
+
+
+def strongest_line(signal: Array, period_s: float, highest_hz: float) -> Line:
+    """The strongest line, up to a frequency, of an evenly sampled signal (N,)."""
+    return _strongest(signal - np.mean(signal), period_s, highest_hz)[0]
+
+
+def motion_lines(signal: Array, period_s: float, highest_hz: float) -> tuple[Line, ...]:
+    """Lines that hold a hundredth of the power of an even signal (N,), strongest first."""
+    left = signal - np.mean(signal)
+    power = float(left @ left)
+    found: list[Line] = []
+    while len(found) < _MOST:
+        before = float(left @ left)
+        line, left = _strongest(left, period_s, highest_hz)
+        share = line.share * before / max(power, _TINY)
+        if share < _STRONG:
+            break
+        found.append(Line(line.frequency_hz, share))
+    return tuple(found)
+
+
+def driven(frequency_hz: Array, lines: tuple[Line, ...], resolution_hz: float) -> Mask:
+    """Frequencies (F,) at which a motion of these lines has an effort of its own.
+
+    These are the lines. Friction and play add low harmonics of the strong ones, and their sums and
+    differences.
+
+    Parameters
+    ----------
+    resolution_hz : float
+        One over the length of the record.
+    """
+    every = np.array([line.frequency_hz for line in lines])
+    strong = np.array([line.frequency_hz for line in lines if line.share > _DOMINANT])
+    combined = [np.add.outer(strong, strong), np.abs(np.subtract.outer(strong, strong))]
+    answers = np.concatenate(
+        [*(order * strong for order in range(1, _ORDERS + 1)), *(c.ravel() for c in combined)]
+    )
+    near = np.zeros(len(frequency_hz), dtype=np.bool_)
+    for place_hz, width in ((every, _NARROW), (answers[answers > 0.0], _WIDE)):
+        apart = np.abs(frequency_hz[:, None] - place_hz)
+        near |= np.any(apart < width * resolution_hz, axis=1)
+    return near
+
+
+def _strongest(left: Array, period_s: float, highest_hz: float) -> tuple[Line, Array]:
+    """The strongest line of what is left (N,) of a signal, and what is left without it."""
+    bins = _FINER * len(left)
+    power = np.abs(np.fft.rfft(left, bins))
+    power[: _FINER // 2] = 0.0  # less than half a period in the record
+    highest = max(_FINER, int(highest_hz * bins * period_s))
+    frequency_hz = int(np.argmax(power[: highest + 1])) / (bins * period_s)
+    angle = 2.0 * np.pi * frequency_hz * period_s * np.arange(len(left))
+    columns = np.stack([np.cos(angle), np.sin(angle), np.ones(len(angle))], axis=1)
+    without = left - columns @ np.linalg.lstsq(columns, left, rcond=None)[0]
+    share = 1.0 - float(without @ without) / max(float(left @ left), _TINY)
+    return Line(frequency_hz, share), without

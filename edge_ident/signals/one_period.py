@@ -19,11 +19,12 @@ from edge_ident.signals.conditioning import (
     FEWEST_CUTOFF_PERIODS,
     SAMPLED_PER_PERIOD,
     SAMPLES_PER_CUTOFF_PERIOD,
+    bridge,
     resolving_cutoff_hz,
+    standing,
 )
-from edge_ident.signals.dct import POINTS, dct2, idct2, subsample
 from edge_ident.signals.filters import magnitude
-from edge_ident.signals.standstill import bridge, standing
+from edge_ident.signals.metrics import POINTS, dct2, idct2, subsample
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,8 +34,7 @@ BLOCKS: Final = 1024
 needs a third of."""
 ALIGNED_HARMONICS: Final = 50
 """What 100 points can show of the velocity that the phase is taken from."""
-_MISSING_SHARE: Final = 0.002
-"""Share of the period that the capture may lack at its end."""
+_MISSING_SHARE: Final = 0.002  # share of the period that the capture may lack at its end
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -59,7 +59,7 @@ class Blocks:
         """Blocks of the samples of a period, in counts.
 
         The sums are exact integers, rounded once to single precision, which is what the board has
-        room for. The noise is that of `edge_ident.signals.encoder`.
+        room for. The noise is that of `edge_ident.signals.conditioning`.
         """
         relative = position - position[0]
         white = np.sqrt(np.mean(np.diff(relative, 3).astype(np.float64) ** 2) / 20.0)

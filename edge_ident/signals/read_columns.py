@@ -1,13 +1,326 @@
-"""A column with what its heading and its unit say, and what may be proposed for it."""
+"""Columns as a file has them: what their headings, their units and a person say of them."""
 
+import math
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Final
 
-from edge_ident.files.headings import split_unknown
-from edge_ident.files.table import Column
-from edge_ident.files.units import Unit, stated_unit
-from edge_ident.signals.column_roles import Role, is_time, role_of
+from edge_ident.errors import DataError
+from edge_ident.files.table import Column, split_heading, split_unknown
+from edge_ident.files.units import Unit, count_unit, stated_unit
+from edge_ident.signals.contract_columns import UNITS, parse_name
+from edge_ident.support.given import check_type
+
+# What a person says of a file, beyond what stands in it.
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What a person says of a file, beyond what stands in it.
+
+    Attributes
+    ----------
+    columns : mapping of str to str
+        From a column's heading, with or without its unit, to its name in the contract.
+    units : mapping of str to str
+        From a column's heading to its unit, or to what one step of it stands for: `mm`,
+        `1/8192 turn`.
+    period_s : float or None
+        Sampling period, which takes the place of a column of time.
+    resolution : str or None
+        Encoder counts per turn or length: `8192/turn`, `1000/mm`.
+    rated_effort : str or None
+        Effort that 100 % stands for: `2.4 Nm`.
+    torque_constant : float or None
+        In N·m/A. With it a current becomes a torque.
+    delimiter : str or None
+        comma, semicolon, tab or blanks; found out where it is None.
+    decimal : str or None
+        comma or point; found out where it is None.
+    topic : str or None
+        Of a bag, the topic to read; not needed where one alone has efforts.
+    effort_encoding : str or None
+        How the effort's numbers hold their sign (`edge_ident.signals.effort_encoding`): `uint16`
+        for two's complement that was read without a sign, or `sign-magnitude`.
+    effort_shift_s : float
+        Time from a row's position to when its effort acted.
+    axes : sequence of str
+        Axes to read, all where it is empty; the others' columns may hold anything.
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> edge_ident.ReadOptions({"pos": "x_position_m"}, units={"pos": "mm"}).units
+    {'pos': 'mm'}
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    period_s: float | None = None
+    resolution: str | None = None
+    rated_effort: str | None = None
+    torque_constant: float | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+    topic: str | None = None
+    effort_encoding: str | None = None
+    effort_shift_s: float = 0.0
+    axes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("columns", "units"):
+            check_type(getattr(self, name), Mapping, f'give {name}={{"heading": "..."}}')
+        for name in ("period_s", "torque_constant"):
+            if getattr(self, name) is not None:
+                check_type(getattr(self, name), Real, f"give a number for {name}")
+
+
+# What a heading says of its column: which quantity, of which axis. English and German words.
+
+_TOKEN: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZÄÖÜ]?[a-zäöüß]+|[A-ZÄÖÜ]+|\d+")
+# Beginnings and ends of words. Of two quantities in one heading, the first here counts: a `current
+# position` is a position.
+_STEMS: Final = {
+    "other": ("error", "fehler", "abweichung", "schlepp", "following", "accel", "beschleun",
+              "jerk", "ruck", "status", "counter", "index"),
+    "position": ("position", "lage", "winkel", "angle", "encoder", "geber"),
+    "velocity": ("veloc", "speed", "geschwindigkeit", "drehzahl"),
+    "temperature": ("temperatur",),
+    "torque": ("torque", "moment"),
+    "force": ("force", "kraft"),
+    "current": ("strom", "current"),
+    "voltage": ("voltage", "spannung"),
+    "effort": ("effort",),
+    "time": ("time", "zeit"),
+    "reference": ("reference", "command", "target", "demand", "setpoint", "soll"),
+}  # fmt: skip
+# Whole words; with a letter before or after it, as in `xpos`, that names the axis.
+_SHORT: Final = {
+    "other": ("err", "lag", "acc", "seq"),
+    "position": ("pos", "enc", "ang"),
+    "velocity": ("vel", "velo", "spd", "rpm", "omega"),
+    "temperature": ("temp",),
+    "torque": ("trq",),
+    "current": ("iq", "cur"),
+    "effort": ("tau",),
+    "time": ("t", "stamp", "date", "datum"),
+    "reference": ("ref", "set", "cmd", "des", "desired"),
+}
+# Letters of formulas, which count where a heading has nothing but numbers besides: an `i_q` is a
+# current.
+_SYMBOLS: Final = {
+    "q": "position", "theta": "position", "phi": "position",
+    "dq": "velocity", "qd": "velocity", "qdot": "velocity",
+    "ddq": "other", "qdd": "other", "qddot": "other",
+}  # fmt: skip
+COORDINATES: Final = frozenset({"q", "s", "x", "y", "z", "theta", "phi"})
+"""Letters of formulas for a position, where a unit says the same."""
+EFFORT_LETTERS: Final = {"f": "force", "m": "torque", "i": "current", "u": "voltage"}
+"""Letters of formulas for an effort, where a unit says the same."""
+_FILLERS: Final = frozenset({
+    "act", "actual", "ist", "istwert", "wert", "value", "val", "measured", "meas", "mess",
+    "feedback", "fb", "motor", "axis", "achse", "drive", "signal", "channel", "data", "out",
+    "field", "header",
+})  # fmt: skip
+
+
+# What data sets of LeRobot call the quantities of joints; the joint's name follows.
+_OF_DATA_SET: Final = {
+    "observation.state.": "position", "observation.velocity.": "velocity", "action.": "reference",
+    "observation.effort.": "effort", "observation.torque.": "torque",
+    "observation.current.": "current",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a heading says.
+
+    Attributes
+    ----------
+    quantity : str
+        time, position, velocity, temperature, torque, force, current, voltage, effort, reference
+        (of a position), other, or empty where the heading says nothing.
+    commanded : bool
+        Whether it is a command and not a measurement.
+    axis : tuple of str
+        What is left of the heading.
+    """
+
+    quantity: str
+    commanded: bool
+    axis: tuple[str, ...]
+
+
+def role_of(name: str) -> Role:
+    """Read the name of a column, without its unit."""
+    found: set[str] = set()
+    axis: list[str] = []
+    for prefix, of_joint in _OF_DATA_SET.items():
+        if name.startswith(prefix):
+            joint = role_of(name.removeprefix(prefix)).axis
+            return Role(of_joint, of_joint == "reference", joint)
+    for token in (match.lower() for match in _TOKEN.findall(name)):
+        quantity, rest = _quantity(token)
+        found |= {quantity} if quantity else set()
+        found |= {"reference"} if "soll" in token else set()
+        if rest and rest not in _FILLERS:
+            axis.append(rest)
+    quantities = [quantity for quantity in _STEMS if quantity in found and quantity != "reference"]
+    quantity = quantities[0] if quantities else ""
+    if not quantity and axis and axis[0] in _SYMBOLS and all(t.isdigit() for t in axis[1:]):
+        quantity = _SYMBOLS[axis.pop(0)]
+    commanded = "reference" in found
+    if quantity == "position" and commanded:
+        quantity = "reference"
+    return Role(quantity, commanded, tuple(axis))
+
+
+def is_time(name: str, unit: str | None) -> bool:
+    """Whether a name is that of a time: also `time_position`, where its unit in SI is s."""
+    found = {_quantity(match.lower())[0] for match in _TOKEN.findall(name)}
+    return role_of(name).quantity == "time" or (unit == "s" and "time" in found)
+
+
+def _quantity(token: str) -> tuple[str, str]:
+    """The quantity that a word names, and what of the word names an axis."""
+    for quantity, stems in _STEMS.items():
+        if any(token.startswith(stem) or token.endswith(stem) for stem in stems):
+            return quantity, ""
+    for quantity, words in _SHORT.items():
+        if token in words:
+            return quantity, ""
+    for quantity, words in _SHORT.items():
+        for word in words:
+            if len(word) > 1 and len(token) == len(word) + 1 and word in token:
+                return quantity, token.replace(word, "", 1)
+    return "", token
+
+
+def axis_names(keys: list[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
+    """Names for axes: what tells them apart, or x where nothing does."""
+    distinct = list(dict.fromkeys(keys))
+    shared = set.intersection(*map(set, distinct)) if len(distinct) > 1 else set()
+    names: dict[tuple[str, ...], str] = {}
+    for key in distinct:
+        kept = [token for token in key if token not in shared]
+        name = "_".join(kept) if len(distinct) > 1 or len(kept) == 1 else ""
+        name = name or "x"
+        names[key] = f"axis{name}" if name[0].isdigit() else name
+    return names
+
+
+# From the unit of a column in a file to that of the contract.
+
+_ENDS: Final = {base: end for end, base in UNITS.items()}
+_PERCENT: Final = 0.01
+
+
+def check_options(options: ReadOptions) -> None:
+    """Check units, resolution, torque constant and rated effort that a user gives.
+
+    Raises
+    ------
+    DataError
+    """
+    for name, text in options.units.items():
+        if stated_unit(text) is None:
+            raise DataError(
+                f"--unit {name}={text}: {text!r} is no unit that edge-ident knows",
+                "write one such as s, ms, mm, m, in, deg, gon, rad, turn, N, lbf, Nm, oz-in, A, V, "
+                "or a number of it: 1/8192 turn",
+            )
+    if options.resolution is not None and count_unit(options.resolution) is None:
+        raise DataError(
+            f"--resolution {options.resolution}: not counts per turn or length",
+            "write it as 8192/turn or 1000/mm",
+        )
+    constant = options.torque_constant
+    if constant is not None and not 0.0 < constant < math.inf:
+        raise DataError(
+            f"--torque-constant {constant:g}: not a torque constant",
+            "give a number above 0, in N*m/A",
+        )
+    rated = None if options.rated_effort is None else stated_unit(options.rated_effort)
+    if options.rated_effort is not None and (rated is None or rated.base not in ("N*m", "N", "A")):
+        raise DataError(
+            f"--rated-effort {options.rated_effort}: not an effort with its unit",
+            "write it as 2.4Nm, 150N or 8A",
+        )
+
+
+def resolved_unit(unit: Unit, options: ReadOptions) -> tuple[Unit, str]:
+    """A unit as a multiple of one of the contract's, and the option that is missing for that.
+
+    Counts need a resolution, percents a rated effort; a torque constant turns amperes into N·m.
+    """
+    if unit.base == "count":
+        count = count_unit(options.resolution) if options.resolution else None
+        return (unit, "--resolution") if count is None else (count, "")
+    if unit.base == "%":
+        rated = stated_unit(options.rated_effort) if options.rated_effort else None
+        if rated is None:
+            return unit, "--rated-effort"
+        unit = Unit(rated.base, rated.factor * _PERCENT * unit.factor)
+    if unit.base == "A" and options.torque_constant is not None:
+        return Unit("N*m", unit.factor * options.torque_constant), ""
+    return unit, ""
+
+
+def conversion(column: Column, target: str, text: str | None, options: ReadOptions) -> Unit:
+    """The unit that converts the numbers of a column to those of a column of the contract.
+
+    Parameters
+    ----------
+    column : Column
+    target : str
+        Name in the contract.
+    text : str or None
+        Unit of the column; None stands for that of the contract.
+    options : ReadOptions
+
+    Raises
+    ------
+    DataError
+        The unit is of another kind, or an option is missing.
+    """
+    parsed = parse_name(target)
+    assert parsed is not None, target
+    wanted = UNITS[parsed[2]]
+    unit = None if text is None else stated_unit(text)
+    if unit is None:
+        return Unit(wanted)
+    if unit.base == wanted:
+        return unit
+    found, missing = resolved_unit(unit, options)
+    if found.base == wanted:
+        return found
+    if missing or (unit.base == "A" and wanted == "N*m"):
+        raise DataError(
+            f"column {column.heading} is in {text}, and {target} needs {wanted}",
+            f"give its meaning with {missing or '--torque-constant'}",
+        )
+    raise DataError(
+        f"column {column.heading} is in {text}, which is no {wanted}, as {target} needs",
+        "name the column for its own unit, or correct the unit with --unit NAME=UNIT",
+    )
+
+
+def name_ending(base: str) -> str | None:
+    """Ending of a column's name for a unit, such as nm for N*m; None for other units."""
+    return _ENDS.get(base)
+
+
+def unit_may_be_name(column: Column) -> bool:
+    """Whether what looks like a unit may belong to the name: it stands after an underscore."""
+    _, underscore, last = column.heading.rpartition("_")
+    after_underscore = bool(underscore) and last.isascii() and last.isalpha()
+    return after_underscore and split_heading(column.heading)[1] == column.unit
+
+
+# A column with what its heading and its unit say, and what may be proposed for it.
 
 LENGTHS: Final = ("m", "rad")
 _UNIT: Final = "UNIT"

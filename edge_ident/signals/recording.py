@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.model.model import inertia_unit
-from edge_ident.support.readable import Readable
+from edge_ident.support.rows import Cell, Readable, Table, shown, table_of
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-    from edge_ident.support.rows import Table
 
 Array = NDArray[np.float64]
 
@@ -134,10 +132,10 @@ class Recording(Readable):
         in the course of time goes on. Files do not hold it.
     stamp_jitter : float
         Rms of the jitter that was taken out of the time stamps, in sampling periods; 0 where they
-        are those recorded (`edge_ident.signals.even_rows`).
+        are those recorded (`edge_ident.signals.time_stamps`).
     lost_rows : int
         Rows that were found to be missing although the time stamps did not say so
-        (`edge_ident.signals.lost_rows`).
+        (`edge_ident.signals.time_stamps`).
     passive : mapping of axis name to PassiveAxis
         Axes without an effort.
 
@@ -182,14 +180,10 @@ class Recording(Readable):
         mapping of column name to list
             What a data frame takes.
         """
-        from edge_ident.signals.recording_table import recording_table
 
         return recording_table(self)
 
     def __rich__(self) -> "RenderableType":
-        from edge_ident.signals.recording_table import length_in_words, recording_table
-        from edge_ident.support.rows import shown
-
         return shown(recording_table(self), length_in_words(self))
 
 
@@ -210,3 +204,40 @@ def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) ->
     if unknown:
         raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
     return [name for name in every if name in (wanted or every)]
+
+
+# What a recording holds, as one table: a row for each axis.
+
+NAMES = (
+    "axis", "lowest_position", "highest_position", "position_unit", "rms_effort", "peak_effort",
+    "effort_unit", "also",
+)  # fmt: skip
+_ALSO = ("reference", "velocity", "temperature_c")
+
+
+def recording_table(recording: Recording) -> Table:
+    """Columns of `NAMES`; an axis without a drive has no effort."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, axis in recording.axes.items():
+        also = ", ".join(what for what in _ALSO if getattr(axis, what) is not None)
+        effort = np.asarray(axis.effort, dtype=np.float64)
+        rms, peak = float(np.sqrt(np.mean(effort**2))), float(np.max(np.abs(effort)))
+        rows.append(
+            (name, *_ends(axis.position), axis.position_unit, rms, peak, axis.effort_unit, also)
+        )
+    for name, passive in recording.passive.items():
+        ends = _ends(passive.position)
+        rows.append((name, *ends, passive.position_unit, None, None, None, "no drive"))
+    return table_of(NAMES, rows)
+
+
+def length_in_words(recording: Recording) -> str:
+    """Source, samples, duration and rate, in one line."""
+    time_s = recording.time_s
+    duration_s = float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
+    said = f"{recording.source}: {len(time_s)} samples, {duration_s:.4g} s"
+    return said + (f", {(len(time_s) - 1) / duration_s:.4g} Hz" if duration_s > 0.0 else "")
+
+
+def _ends(position: np.ndarray) -> tuple[float, float]:
+    return float(np.min(position)), float(np.max(position))

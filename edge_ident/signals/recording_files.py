@@ -5,7 +5,10 @@ other names are mapped to these.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Union
@@ -14,22 +17,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.files.frames import is_frame
-from edge_ident.files.reading import read_table
+from edge_ident.files.reading import is_frame, read_table
 from edge_ident.files.table import Table
-from edge_ident.signals.array_checks import check_form
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
 from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
-from edge_ident.signals.data_checks import check_motions, check_table
+from edge_ident.signals.data_checks import (
+    check_form,
+    check_motions,
+    check_table,
+    resting_as_passive,
+)
 from edge_ident.signals.effort_encoding import decode, encoding_sentence, find_encoding, is_effort
-from edge_ident.signals.integrated_speed import with_integrated_speed
-from edge_ident.signals.moved_axes import resting_as_passive
-from edge_ident.signals.one_clock import OneClock, on_one_clock, with_own_clocks
-from edge_ident.signals.python_words import speaking_python
-from edge_ident.signals.read_columns import open_values
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.made_columns import (
+    OneClock,
+    on_one_clock,
+    with_integrated_speed,
+    with_own_clocks,
+)
+from edge_ident.signals.read_columns import ReadOptions, open_values
 from edge_ident.signals.recording import Recording
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.documents import atomic_write
 from edge_ident.support.given import check_type, type_of
 from edge_ident.support.given import path as path_of
 
@@ -45,14 +52,14 @@ if TYPE_CHECKING:
 
 
 Array = NDArray[np.float64]
+
+
 Source = Union[str, Path, "DataFrame"]
 
 _SHIFT: Final = "effort_shift_s"
-_LARGEST_SHIFT_S: Final = 10.0
-"""Beyond what any controller's effort can be shifted."""
+_LARGEST_SHIFT_S: Final = 10.0  # beyond what any controller's effort can be shifted
 _FORMAT: Final = "%.12g"
-_TIME_FORMAT: Final = "%.16g"
-"""Seconds since 1970 take ten digits before the point."""
+_TIME_FORMAT: Final = "%.16g"  # seconds since 1970 take ten digits before the point
 
 
 @dataclass(frozen=True)
@@ -357,3 +364,133 @@ def _shell(options: tuple[str, ...]) -> str:
     from shlex import join
 
     return join(options)
+
+
+# The recordings that a caller gives: recordings, paths or data frames, one or several.
+
+Given = Recording | Source
+"""A recording, or what `load_recording` makes one of."""
+
+_WANTED = "give a Recording, the path of a file, or a data frame"
+
+
+def given_recording(given: "Given | Iterable[Given]", job: str) -> Recording:
+    """The one recording that is meant.
+
+    Parameters
+    ----------
+    given : Recording, str, Path, data frame, or one of these in a sequence
+    job : str
+        What is to be done with it, for messages.
+
+    Raises
+    ------
+    DataError
+        As of `load_recording`; there is none, or there are several.
+    """
+    found = given_recordings(given)
+    if len(found) != 1:
+        raise DataError(
+            f"{len(found)} recordings to {job}: it takes one at a time",
+            f"call {job} for each of them; diagnose takes several of one machine together",
+        )
+    return found[0]
+
+
+def given_recordings(given: "Given | Iterable[Given]") -> list[Recording]:
+    """The recordings that are meant, in their order.
+
+    Raises
+    ------
+    DataError
+        As of `load_recording`; something is neither a recording nor what one is made of.
+    """
+    if isinstance(given, Recording | str | os.PathLike) or is_frame(given):
+        return [_one(given)]
+    if not isinstance(given, Iterable):
+        raise DataError(f"{type_of(given)} is no recording", _WANTED)
+    return [_one(each) for each in given]
+
+
+def _one(given: object) -> Recording:
+    if isinstance(given, Recording):
+        return given
+    if isinstance(given, str | os.PathLike):
+        with speaking_python():
+            return load_recording(os.fspath(given))
+    if is_frame(given):
+        return load_recording(given)  # type: ignore[arg-type]  # by what it can do
+    raise DataError(f"{type_of(given)} is no recording", _WANTED)
+
+
+# What a message says of options of the command line, as a program says it.
+
+# Fields of `ReadOptions` that are not named as the option is.
+_NAMES: Final = {
+    "column": "columns", "unit": "units", "period": "period_s", "axis": "axes",
+    "effort_shift": "effort_shift_s",
+}  # fmt: skip
+_MAPPINGS: Final = frozenset({"columns", "units"})
+_WORDS: Final = ("comma", "point", "semicolon", "tab", "blanks", "sign-magnitude")
+# What follows an option and is its value, and no word of the sentence.
+_VALUE: Final = (
+    r"'[^']*'|[^\s,;:)]*[=\d][^\s,;:)]*|[A-Z_/]+\b|(?<=--axis )[^\s,;:)]+"
+    rf"|(?:{'|'.join(_WORDS)})\b"
+)
+_OPTION: Final = re.compile(rf"--([a-z][a-z-]*)(?: ({_VALUE}))?")
+_RUN: Final = re.compile(rf"{_OPTION.pattern}(?: {_OPTION.pattern})*")
+
+
+@contextmanager
+def speaking_python(wanted: bool = True) -> Iterator[None]:
+    """Reword what a refusal says, where a program reads the data and no command does."""
+    try:
+        yield
+    except DataError as error:
+        if not wanted:
+            raise
+        said = DataError(in_python(error.cause), in_python(error.next_step))
+        said.code = error.code
+        raise said from error
+
+
+def in_python(text: str) -> str:
+    """The text with `ReadOptions` in the place of options of the command line.
+
+    Examples
+    --------
+    >>> in_python("accept it: --column 'pos=x_position_rad' --period 0.001")
+    "accept it: options=ReadOptions(columns={'pos': 'x_position_rad'}, period_s=0.001)"
+    """
+    return _RUN.sub(lambda run: _call(run[0]), text)
+
+
+def _call(run: str) -> str:
+    """One call for options that follow each other."""
+    given: dict[str, str] = {}
+    pairs: dict[str, dict[str, str]] = {}
+    axes: list[str] = []
+    for option in _OPTION.finditer(run):
+        name = option[1].replace("-", "_")
+        name, value = _NAMES.get(name, name), (option[2] or "").strip("'")
+        heading, equals, meaning = value.partition("=")
+        if name in _MAPPINGS and equals:
+            pairs.setdefault(name, {})[heading] = meaning
+            given[name] = repr(pairs[name])
+        elif name == "axes" and value:
+            axes.append(value)
+            given[name] = repr(axes)
+        elif value:
+            given[name] = value if _is_number(value) or value.isupper() else repr(value)
+        else:
+            given[name] = "…"
+    called = ", ".join(f"{name}={value}" for name, value in given.items())
+    return f"options=ReadOptions({called})"
+
+
+def _is_number(value: str) -> bool:
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return True

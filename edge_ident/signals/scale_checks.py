@@ -23,20 +23,19 @@ SMALL_RAD: Final = np.pi / 180.0
 axis hardly leaves presliding there."""
 LONG_M: Final = 10.0
 """Travel from which metres may be millimetres: ball screws end near that length."""
-_SLOW_S: Final = 0.1
-"""Sampling period from which time may be in milliseconds."""
+_SLOW_S: Final = 0.1  # sampling period from which time may be in milliseconds
+# Inertia from which a unit is likelier wrong: a hundred tonnes.
 _HEAVY: Final = {"kg": 1e5, "kg*m^2": 1e5}
-"""Inertia from which a unit is likelier wrong: a hundred tonnes."""
-_ALIKE: Final = 0.9
-"""Correlation of two signals, from which their ratio tells of their units."""
+_ALIKE: Final = 0.9  # correlation of two signals, from which their ratio tells of their units
+# Relative distance to a factor between two units, up to which it is that factor.
 _NEAR: Final = 0.05
-"""Relative distance to a factor between two units, up to which it is that factor."""
 _FACTORS: Final = {
     "degrees and rad": 180.0 / np.pi,
     "mm and m": 1e3,
     "turns and rad": 2.0 * np.pi,
     "1/min and rad/s": 30.0 / np.pi,
 }
+# Position and effort whose product is no work, and what to do.
 _CROSSED: Final = {
     ("m", "N*m"): "if the position is an angle, say so: --unit NAME=rad (of {axis}_position_m, "
     "with --column {axis}_position_m={axis}_position_rad); of a screw with 5 mm a turn, mm are an "
@@ -44,7 +43,6 @@ _CROSSED: Final = {
     ("rad", "N"): "if the position is a length, say so: --unit NAME=mm; if the effort is a "
     "torque: --unit NAME=Nm (of {axis}_force_n, with --column {axis}_force_n={axis}_torque_nm)",
 }  # fmt: skip
-"""Position and effort whose product is no work, and what to do."""
 
 
 @dataclass(frozen=True)

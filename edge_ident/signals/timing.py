@@ -18,20 +18,20 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 
 Array = NDArray[np.float64]
 
+# Bandwidth of the instrument, of the signals'. The controller answers the noise of its encoder, and
+# this answer imitates a shift. Its power grows with the fifth power of the bandwidth.
 _INSTRUMENT_BAND: Final = 1.0 / 3.0
-"""Bandwidth of the instrument, of the signals'. The controller answers the noise of its encoder,
-and this answer imitates a shift. Its power grows with the fifth power of the bandwidth."""
 REACH_S: Final = 0.25
 """Largest shift that is tried: no loop that is later can follow a motion at all."""
 STEPS_PER_PERIOD: Final = 8
 """Shifts that are tried in a cut-off period."""
+# Blocks of time whose scatter tells the deviation: longer than the memory of a residual.
 _BLOCKS: Final = 40
-"""Blocks of time whose scatter tells the deviation: longer than the memory of a residual."""
 CERTAIN: Final = 3.0
 """Standard deviations beyond the limit from which a shift is a delay: the usual three-sigma rule.
 """

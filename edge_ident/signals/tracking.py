@@ -10,38 +10,31 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.encoder import count_and_noise
+from edge_ident.signals.conditioning import at_rest, count_and_noise
 from edge_ident.signals.metrics import quantile, rms
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.resampling import EvenGrid
-from edge_ident.signals.standstill import at_rest
+from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.words import listed
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 OFF: Final = "off_reference"
+# Way of the reference, in noises or counts of the encoder, after which a standstill shows.
 _RESOLVED: Final = 10.0
-"""Way of the reference, in noises or counts of the encoder, after which a standstill shows."""
-_STANDS: Final = 4.0
-"""Range of the position, in the same, up to which it stands."""
-_MOVES: Final = 0.2
-"""Of its rms speed, from which a reference moves."""
+_STANDS: Final = 4.0  # range of the position, in the same, up to which it stands
+_MOVES: Final = 0.2  # of its rms speed, from which a reference moves
+# Of the samples in which the reference moves, from which standing is no turning.
 _SHARE: Final = 0.05
-"""Of the samples in which the reference moves, from which standing is no turning."""
-_OFTEN: Final = 0.2
-"""The same, from which an axis sticks, however short the way."""
+_OFTEN: Final = 0.2  # the same, from which an axis sticks, however short the way
+# Of the stroke, from which what the axis stands for, or its step at reversals, is told. A
+# judgement: a loop that only friction holds back is a tenth of that off.
 _STEP: Final = 0.01
-"""Of the stroke, from which what the axis stands for, or its step at reversals, is told. A
-judgement: a loop that only friction holds back is a tenth of that off."""
-_NEAR: Final = 0.7
-"""Of that step, from which it is told more exactly."""
+_NEAR: Final = 0.7  # of that step, from which it is told more exactly
+# Share of the standstills that begin where the reference turns, from which all do.
 _AT_REVERSAL: Final = 0.8
-"""Share of the standstills that begin where the reference turns, from which all do."""
-_WIDEST: Final = 0.05
-"""Of the record, a window in which an axis stands."""
-_MOST: Final = 4000
-"""Samples by which play and lag are told."""
+_WIDEST: Final = 0.05  # of the record, a window in which an axis stands
+_MOST: Final = 4000  # samples by which play and lag are told
 _TRIED: Final = 9
 _ROUNDS: Final = 4
 _UNITS: Final = {"m": (1e3, "mm"), "rad": (1.0, "rad")}

@@ -26,29 +26,26 @@ from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware, law_response
 from edge_ident.signals.filters import fast_length
-from firmware_interface.control_law import deadband_nm, feedforward_nm
+from firmware_interface.control_law import NOTHING, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
-from firmware_interface.law_memory import NOTHING
 from firmware_interface.motion import Reference
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _REPETITIONS: Final = 12
-_FOLLOWING: Final = 3
-"""Repetitions where a loop changed little."""
+_FOLLOWING: Final = 3  # repetitions where a loop changed little
+# Largest number of looks at a clipped effort. What it lacks asks for more later on, so each look
+# tells the truth for about one response time more.
 _CLIPPINGS: Final = 100
-"""Largest number of looks at a clipped effort. What it lacks asks for more later on, so each look
-tells the truth for about one response time more."""
-_ALIKE: Final = 1e-3
-"""Share of the effort limit that decides nothing."""
+_ALIKE: Final = 1e-3  # share of the effort limit that decides nothing
+# Share of the top speed in which friction turns round at once; a jump converges badly.
 _AT_ONCE: Final = 0.0005
-"""Share of the top speed in which friction turns round at once; a jump converges badly."""
+# Time in which the end of a path leads back to its begin: a loop forgets within that.
 _CLOSING_S: Final = 0.5
-"""Time in which the end of a path leads back to its begin: a loop forgets within that."""
 _LOWEST_RAD_S: Final = 1e-3
+# Drives that are looked at together: what that takes stays in a processor's cache.
 _TOGETHER: Final = 5
-"""Drives that are looked at together: what that takes stays in a processor's cache."""
 
 
 @dataclass(frozen=True)

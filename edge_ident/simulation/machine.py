@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.inverse import everywhere
+from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
 from edge_ident.model.motion import Motion
-from edge_ident.model.physical_sums import everywhere
 from edge_ident.model.rigid_body import RIGID_BODY
-from edge_ident.model.sources import acting, together
 
 Array = NDArray[np.float64]
 

@@ -39,11 +39,11 @@ HANGUP: "Final" = tuple(s for s in ENDING if s.name == "SIGHUP")
 INTERRUPTED: "Final" = 130
 """Exit code of a command that such a signal ended."""
 
+# Until a destructor or a few lines have ended; if they have not, the same happens again.
 _SOON_S: "Final" = 1e-3
-"""Until a destructor or a few lines have ended; if they have not, the same happens again."""
+# For so long after an interruption, and after what it had to wait for, none follows. It ends the
+# command within that time, unless something has swallowed it.
 _QUIET_S: "Final" = 1.0
-"""For so long after an interruption, and after what it had to wait for, none follows. It ends the
-command within that time, unless something has swallowed it."""
 _received: "Final[list[int]]" = []
 _uncut: "Final[set[CodeType]]" = set()
 _quiet_until_s = 0.0

@@ -19,8 +19,8 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]"
     ----------
     package : str
         Name of the package.
-    homes : mapping of name to module
-        Where each name is defined.
+    homes : mapping of module to names
+        What each module defines of it; names are separated by spaces.
 
     Returns
     -------
@@ -29,9 +29,11 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]"
         a test puts in the place of a function is found.
     """
 
+    where = {name: module for module, names in homes.items() for name in names.split()}
+
     def attribute(name: str) -> "Any":
-        if name not in homes:
+        if name not in where:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(homes[name]), name)
+        return getattr(import_module(where[name]), name)
 
     return attribute

@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
+# Deviation over value below which it is none of a measurement: a bound holds the value, or another
+# number gives it.
 _ROUNDING: Final = 1e-6
-"""Deviation over value below which it is none of a measurement: a bound holds the value, or another
-number gives it."""
 
 
 def with_deviation(value: float, std: float | None) -> str:

@@ -1,8 +1,13 @@
-"""Where the time goes, stage by stage."""
+"""Time and memory that work takes."""
 
+import ctypes
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Final
+
+# Where the time goes, stage by stage.
 
 
 class Stopwatch:
@@ -46,3 +51,40 @@ class Stopwatch:
         """Milliseconds by stage, and `total` since the start."""
         stages = self._stages_s | {"total": self._clock() - self._start_s}
         return {name: 1e3 * spent for name, spent in stages.items()}
+
+
+# Memory that a process gives back to the system while it runs, or keeps.
+
+_TRIM_THRESHOLD: Final = -1
+_MMAP_THRESHOLD: Final = -3  # numbers of these parameters of glibc's `mallopt`
+# Size from which memory goes back as soon as it is free. Below, that takes longer than what is
+# computed there.
+_LARGE_BYTES: Final = 1 << 19
+_ALL_BYTES: Final = 1 << 30  # more than any array of a diagnosis
+
+
+def give_back() -> None:
+    """Give free memory back to the system, and from now on what is large as soon as it is free.
+
+    glibc alone can be told so; with other C libraries nothing happens.
+    """
+    if library := _glibc():
+        library.mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
+        library.malloc_trim(0)
+
+
+def keep() -> None:
+    """Keep free memory for what is computed next: for a process that computes, and ends.
+
+    Large arrays come and go, and the system clears all memory that it gives. glibc alone can be
+    told so; with other C libraries nothing happens.
+    """
+    if library := _glibc():
+        library.mallopt(_MMAP_THRESHOLD, _ALL_BYTES)
+        library.mallopt(_TRIM_THRESHOLD, _ALL_BYTES)
+
+
+def _glibc() -> ctypes.CDLL | None:
+    """The C library of the process, where it is glibc."""
+    library = ctypes.CDLL(None) if sys.platform == "linux" else None
+    return library if hasattr(library, "malloc_trim") else None

@@ -8,7 +8,7 @@ import io
 import os
 import sys
 
-from edge_ident.support.visible_text import escaped, visible
+from edge_ident.support.words import escaped, visible
 
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def open_closed() -> None:
 def show_any_character() -> None:
     """Let standard streams show as its number, as JSON writes it, what is not to reach a terminal.
 
-    That is what acts on a terminal or hides (`edge_ident.support.visible_text`), and what it lacks:
+    That is what acts on a terminal or hides (`edge_ident.support.words`), and what it lacks:
     one without UTF-8 has no arrow, and no encoding has what stands in the name of a file that is no
     text. All that a command prints passes here, also what other packages print.
     """

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.estimation.board_network import why_not_on_a_board
 from edge_ident.estimation.manifest import Manifest
+from edge_ident.estimation.network_estimate import why_not_on_a_board
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 from edge_ident.signals.one_period import ALIGNED_HARMONICS, KnownMotion
 from edge_ident.support.version import VERSION
 from export.c_source.arrays import Array

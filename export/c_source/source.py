@@ -9,7 +9,7 @@ from typing import Final
 from edge_ident.errors import ModelError
 from edge_ident.estimation.manifest import BUILT_IN, read_content
 from edge_ident.estimation.network import load_network
-from edge_ident.support.atomic_files import atomic_write
+from edge_ident.support.documents import atomic_write
 from export.c_source.graph import NEXT_STEP
 from export.c_source.identification import FILE, identification_header
 from export.c_source.layout import lay_out

@@ -16,23 +16,31 @@ Boards and noise of every drive's own: `electronics=draw_electronics((200, 2), s
 Use batches of 100 to 400 drives: smaller ones waste time, larger ones memory.
 """
 
-from firmware_interface.plant.catalogue import EFFECTS, UNKNOWN, draw
-from firmware_interface.plant.drives import COUNT_RAD, Chain, Control, Drives, draw_drives
-from firmware_interface.plant.effect import Effect, Scales
-from firmware_interface.plant.electronics import Electronics, Noise, draw_electronics, draw_noise
-from firmware_interface.plant.hiding import Hidden
-from firmware_interface.plant.mechanism import Mechanism
-from firmware_interface.plant.motions import (
+from firmware_interface.plant.drives import (
+    COUNT_RAD,
     PAPER_SAMPLES,
     SAMPLE_S,
+    Chain,
+    Control,
+    Drives,
     Motion,
+    draw_drives,
     multisine,
     paper,
     staircase,
 )
-from firmware_interface.plant.plant import Plant
-from firmware_interface.plant.simulation import Recordings, simulate
-from firmware_interface.plant.twin import Twin
+from firmware_interface.plant.effect import Effect, Scales
+from firmware_interface.plant.hiding import EFFECTS, UNKNOWN, Hidden, draw
+from firmware_interface.plant.plant import Mechanism, Plant
+from firmware_interface.plant.simulation import (
+    Electronics,
+    Noise,
+    Recordings,
+    Twin,
+    draw_electronics,
+    draw_noise,
+    simulate,
+)
 
 __all__ = [
     "COUNT_RAD",

@@ -15,9 +15,7 @@ from typing import Final, Literal, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import Array, Chain, Drives, log_uniform
-from firmware_interface.plant.functions import exp
-from firmware_interface.plant.motions import SAMPLE_S
+from firmware_interface.plant.drives import SAMPLE_S, Array, Chain, Drives, exp, log_uniform
 from firmware_interface.plant.plant import DELAY, Plant
 
 BristleFriction = Literal["lugre", "dahl"]

@@ -6,9 +6,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.plant.drives import Array, Chain, Drives
-from firmware_interface.plant.functions import Value
-from firmware_interface.plant.motions import Motion
+from firmware_interface.plant.drives import Array, Chain, Drives, Motion, Value
 
 
 class State(Protocol):
@@ -93,7 +91,7 @@ class Effect:
     its place among the others, on which the drives of a seed depend. A new effect comes last, or
     takes the next number.
 
-    A subclass that has a name is known to `firmware_interface.plant.catalogue`.
+    A subclass that has a name is known to `firmware_interface.plant.hiding`.
     """
 
     kinds: ClassVar[dict[str, type["Effect"]]] = {}

@@ -5,10 +5,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import COUNT_RAD, Array
+from firmware_interface.plant.drives import COUNT_RAD, SAMPLE_S, Array, Value, clip, expm1, sin
 from firmware_interface.plant.effect import Effect, Scales
-from firmware_interface.plant.functions import Value, clip, expm1, sin
-from firmware_interface.plant.motions import SAMPLE_S
 
 
 @dataclass(frozen=True)

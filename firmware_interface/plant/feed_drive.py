@@ -15,14 +15,14 @@ from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.plant.drives import COUNT_RAD, Array, Chain, Control, Drives
 
 COUNTS_PER_TURN: Final = round(2 * np.pi / COUNT_RAD)
+# Shares of the motor with its gearbox, the screw, and the table.
 _SHARES: Final = {
     "inertia": (0.60, 0.10, 0.30),
     "viscous_friction": (0.40, 0.08, 0.52),
     "coulomb_friction": (0.30, 0.0, 0.70),
 }
-"""Shares of the motor with its gearbox, the screw, and the table."""
+# Of each joint, N·m/rad: at full speed the chain winds up by a fifth of an encoder count.
 _STIFFNESS: Final = 3.0e4
-"""Of each joint, N·m/rad: at full speed the chain winds up by a fifth of an encoder count."""
 _DAMPING_RATIO: Final = 0.09
 
 

@@ -5,9 +5,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.drives import Array, Chain, Value, exp, log_uniform, sin
 from firmware_interface.plant.effect import Effect, Scales, State
-from firmware_interface.plant.functions import Value, exp, sin
 
 
 @dataclass(frozen=True)

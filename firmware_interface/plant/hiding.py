@@ -1,37 +1,35 @@
 """The machine behind a virtual board: the feed drive with faults, or another one that is drawn."""
 
 import difflib
+import importlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Final, Self
 
 import numpy as np
 
 from firmware_interface.plant.bristles import BristleFriction, BristlePlant, Bristles
-from firmware_interface.plant.catalogue import EFFECTS, UNKNOWN
-from firmware_interface.plant.drives import Drives, draw_drives
+from firmware_interface.plant.drives import SAMPLE_S, Array, Drives, Motion, draw_drives, paper
 from firmware_interface.plant.effect import Effect, Scales
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
-from firmware_interface.plant.motions import SAMPLE_S, paper
 from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.plant.used import departures
 
 CLEAR: Final = (0.5, 0.9)
 """Ranks that are drawn, on the logarithm of an effect's span; the strongest may stop a motion."""
-_TYPICAL: Final = 0.75
-"""Rank of an effect without a size."""
+_TYPICAL: Final = 0.75  # rank of an effect without a size
+# Times the strongest of its span, beyond which a drive may not follow any more.
 _LARGEST: Final = 2.0
-"""Times the strongest of its span, beyond which a drive may not follow any more."""
 _AXES: Final = tuple(FEED_DRIVE)
-_HOLDS: Final = 0.5
-"""Most of its Coulomb friction that a drawn drive's weight takes."""
+_HOLDS: Final = 0.5  # most of its Coulomb friction that a drawn drive's weight takes
+# A rigid body's parameters, and their units.
 _BODY: Final = {
     "inertia": "kg*m^2",
     "viscous_friction": "N*m*s/rad",
     "coulomb_friction": "N*m",
     "offset": "N*m",
 }
-"""A rigid body's parameters, and their units."""
 
 
 @dataclass(frozen=True)
@@ -227,3 +225,58 @@ def _parsed(wish: str) -> tuple[str, float]:
         sizes = f"a size from {lowest:g} to {largest:g}, but not 0"
         raise ValueError(f"{wish}: give {sizes} ({Effect.kinds[name].measure})")
     return name, strength
+
+
+# All effects by name, found in the modules `*_effects`, and how one or several are drawn.
+
+for _file in sorted(Path(__file__).parent.glob("*_effects.py")):
+    if not _file.stem.startswith("test_"):
+        importlib.import_module(f"firmware_interface.plant.{_file.stem}")
+
+
+def names_of(*, in_catalogue: bool) -> tuple[str, ...]:
+    """Effects that the library knows too, or disturbances that no catalogue holds."""
+    kinds = [kind for kind in Effect.kinds.values() if kind.in_catalogue == in_catalogue]
+    return tuple(kind.name for kind in sorted(kinds, key=lambda kind: (kind.number, kind.name)))
+
+
+EFFECTS = names_of(in_catalogue=True)
+UNKNOWN = names_of(in_catalogue=False)
+
+
+def draw(
+    names: Sequence[str],
+    drives: Drives,
+    motion: Motion,
+    seed: int,
+    *,
+    strength: float | Array | None = None,
+    one_axis: bool = False,
+) -> tuple[Effect, ...]:
+    """Effects of random size and kind for every drive; none for no names.
+
+    Parameters
+    ----------
+    names : sequence of str
+        From `EFFECTS` or `UNKNOWN`; several act together.
+    strength : float, (B, A) array or None
+        0, the faintest (below the noise), to 1, the strongest (in clear need of repair), even in
+        the logarithm of size; None: at random.
+    one_axis : bool
+        One axis of each drive, the same for all effects, chosen at random; otherwise all axes.
+        What couples axes always hits one.
+    """
+    rng = np.random.default_rng([seed, 3])
+    count, axes = drives.shape
+    alone = rng.integers(0, axes, (count, 1)) == np.arange(axes)
+    scales = Scales.of(drives, motion)
+    effects = []
+    for name in names:
+        kind = Effect.kinds[name]
+        rank = rng.random(drives.shape) if strength is None else strength
+        faint, strong = kind.span
+        size = faint * (strong / faint) ** (rank * np.ones(drives.shape))
+        sign = rng.choice([-1.0, 1.0], drives.shape) if kind.signed else 1.0
+        hit = alone if one_axis or kind.one_way else np.ones(drives.shape, bool)
+        effects.append(kind.draw(size * sign * hit, rng, scales))
+    return tuple(effects)

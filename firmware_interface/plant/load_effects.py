@@ -5,9 +5,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import Array, Chain, log_uniform
+from firmware_interface.plant.drives import Array, Chain, Value, log_uniform, sign, sin
 from firmware_interface.plant.effect import Effect, Scales, State
-from firmware_interface.plant.functions import Value, sign, sin
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import Array, log_uniform
+from firmware_interface.plant.drives import LEAD, SAMPLE_S, Array, Value, log_uniform
 from firmware_interface.plant.effect import Effect, Scales, State
-from firmware_interface.plant.functions import Value
-from firmware_interface.plant.motions import LEAD, SAMPLE_S
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import Array, log_uniform
+from firmware_interface.plant.drives import LEAD, SAMPLE_S, Array, Value, log_uniform, sin
 from firmware_interface.plant.effect import Effect, Scales, State
-from firmware_interface.plant.functions import Value, sin
-from firmware_interface.plant.motions import LEAD, SAMPLE_S
 from firmware_interface.plant.timed_effects import TimedTorque, lagged, row_at, sinusoid
 
 

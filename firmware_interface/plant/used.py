@@ -12,15 +12,23 @@ from typing import ClassVar, Final, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import COUNT_RAD, Array, Chain, Drives, log_uniform
+from firmware_interface.plant.drives import (
+    COUNT_RAD,
+    SAMPLE_S,
+    Array,
+    Chain,
+    Drives,
+    Value,
+    log_uniform,
+    paper,
+    sign,
+    sin,
+)
 from firmware_interface.plant.effect import Effect, Scales, State
-from firmware_interface.plant.functions import Value, sign, sin
-from firmware_interface.plant.motions import SAMPLE_S, paper
 
 MOST_WEAR: Final = 3.0
 """Beyond it a machine is broken, not worn."""
-_COURSE: Final = 60_000
-"""Samples of what is random in time."""
+_COURSE: Final = 60_000  # samples of what is random in time
 
 
 @dataclass(frozen=True)

@@ -4,34 +4,103 @@ Time comes from outside: `sample` lets one control period pass, and `now_s` is t
 watchdog, lease and confirm window. What hosts ask for stands in `commands.py`.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from firmware_interface.board_types import AxisLimits
-from firmware_interface.gains import Bank
+from firmware_interface.gains import MOST_LOSS, POSITIVE, SIGNED, AxisGains, Bank
 from firmware_interface.motion import Trajectory
 from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAction
-from firmware_interface.virtual.capture_ring import CaptureRing
-from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive, DriveSample
-from firmware_interface.virtual.gain_banks import GainBanks
-from firmware_interface.virtual.handover import Handover
-from firmware_interface.virtual.identification import Identifier, OwnIdentification
-from firmware_interface.virtual.inputs import Inputs
-from firmware_interface.virtual.protection import violated
-from firmware_interface.virtual.register_file import RegisterFile
-from firmware_interface.virtual.self_test import settings_sound
-from firmware_interface.virtual.session import FREE, Session
-from firmware_interface.virtual.setpoints import SetpointGenerator
-from firmware_interface.virtual.settings import BoardSettings
-from firmware_interface.virtual.trajectory_check import TrajectoryCheck
-from firmware_interface.virtual.transfer import Transfer
+from firmware_interface.virtual.controller import Setpoint, Transfer
+from firmware_interface.virtual.drive import (
+    EFFORT_PER_COUNT_NM,
+    RAD_PER_COUNT,
+    SAMPLE_PERIOD_S,
+    Drive,
+    DriveSample,
+)
+from firmware_interface.virtual.register_file import (
+    FREE,
+    CaptureRing,
+    Identifier,
+    OwnIdentification,
+    RegisterFile,
+    Session,
+)
+from firmware_interface.virtual.setpoints import Handover, SetpointGenerator, TrajectoryCheck
+from firmware_interface.virtual.settings import BoardSettings, GainBanks
+
+# What is wired to the board: emergency stop, limit switches, reference marks.
+
+
+class Inputs:
+    """The port layer's inputs; tests press and release them.
+
+    Parameters
+    ----------
+    homed : int
+        Bit n: axis n counts from the machine's reference mark.
+    switches_rad : float
+        Distance from the machine's zero at which an axis presses its limit switches.
+
+    Attributes
+    ----------
+    sto_active : bool
+        The wired emergency stop cuts the effort.
+    sto_latched : bool
+        It did so since the latch was re-armed, were it for less than a sample.
+    pressed_by_hand : int
+        Limit switches that are pressed wherever the axes stand, as `limit_switches`.
+    """
+
+    def __init__(self, homed: int = 0, switches_rad: float = math.inf) -> None:
+        self.homed = homed
+        self.sto_active = self.sto_latched = False
+        self.pressed_by_hand = 0
+        self._switches_rad = switches_rad
+        self._reached = 0
+
+    @property
+    def limit_switches(self) -> int:
+        """Bits 2n and 2n + 1: the switch at the negative and at the positive end of axis n."""
+        return self.pressed_by_hand | self._reached
+
+    def feel(self, output_rad: Sequence[float]) -> None:
+        """The axes stand here."""
+        self._reached = 0
+        for axis, position in enumerate(output_rad):
+            self._reached |= (position <= -self._switches_rad) << 2 * axis
+            self._reached |= (position >= self._switches_rad) << 2 * axis + 1
+
+    def press_stop(self) -> None:
+        """Pull the wired emergency stop."""
+        self.sto_active = self.sto_latched = True
+
+    def release_stop(self) -> None:
+        """Let go of it; the latch stays."""
+        self.sto_active = False
+
+    def rearm_stop(self) -> None:
+        """Forget the pulses of before."""
+        self.sto_latched = self.sto_active
+
+    def bar(self, setpoints: Sequence[Setpoint]) -> bool:
+        """Whether a setpoint moves onto a switch that is pressed; away from it is allowed."""
+        pressed = self.limit_switches
+        return pressed != 0 and any(
+            pressed >> 2 * axis & (1 if setpoint.velocity_rad_s < 0.0 else 2)
+            for axis, setpoint in enumerate(setpoints)
+            if setpoint.velocity_rad_s != 0.0
+        )
+
 
 _MOTION: Final = frozenset({State.MOVING, State.DRAINING, State.STOPPING})
+# In which a stop brings the axes to rest: soft feedback needs less for a heavy axis.
 _REST_SAMPLES_AFTER_RAMP: Final = round(2.0 / SAMPLE_PERIOD_S)
-"""In which a stop brings the axes to rest: soft feedback needs less for a heavy axis."""
+# States in which gains may be exchanged while the law acts.
 _TAKES_GAINS: Final = frozenset({State.IDLE, State.DRAINING, State.DONE})
-"""States in which gains may be exchanged while the law acts."""
 
 
 class Machine:
@@ -329,3 +398,76 @@ class Machine:
         self.fault, self.fault_sample = Fault.NONE, 0
         self.inputs.rearm_stop()
         self.state = State.IDLE
+
+
+# The limits that the board enforces by itself, sample by sample.
+
+
+def violated(limits: Sequence[AxisLimits], measured: DriveSample, drive: Drive) -> Fault:
+    """The first limit that an axis under control has left, or NONE.
+
+    Every comparison is made so that a value which is not a number violates it.
+    """
+    for limit, position, error, speed in zip(
+        limits, measured.position, measured.following_error, drive.speed_rad_s, strict=True
+    ):
+        if not abs(position) * RAD_PER_COUNT <= limit.travel_rad:
+            return Fault.TRAVEL
+        if not abs(error) * RAD_PER_COUNT <= limit.following_error_rad:
+            return Fault.FOLLOWING_ERROR
+        if not abs(speed) <= limit.speed_rad_s:
+            return Fault.SPEED
+    return Fault.NONE
+
+
+# What a board makes sure of at power-up before it takes a command.
+
+LONGEST_WINDOW_S: Final = 1800.0
+_LARGEST_EFFORT_COUNT: Final = 2**15 - 1
+_LARGEST_JUMP_NM: Final = 1e6
+_LARGEST_STATED: Final = 1e6
+# A quarter of the counter's round: leaving the travel shows long before it wraps.
+_LARGEST_TRAVEL_COUNT: Final = 2**29
+
+
+def settings_sound(settings: BoardSettings) -> bool:
+    """Whether the board may work with these settings: finite, positive, representable."""
+    return 0.0 < settings.confirm_window_s < LONGEST_WINDOW_S and all(
+        axis in settings.limits
+        and axis in settings.gains
+        and _limits_sound(settings.limits[axis])
+        and _gains_sound(settings.gains[axis], settings.limits[axis].gain_maximum)
+        for axis in AXES
+    )
+
+
+def _limits_sound(limits: AxisLimits) -> bool:
+    sizes = (
+        limits.travel_rad,
+        limits.speed_rad_s,
+        limits.acceleration_rad_s2,
+        limits.effort_nm,
+        limits.following_error_rad,
+        limits.gain_step,
+    )
+    return (
+        all(math.isfinite(size) and size > 0.0 for size in sizes)
+        and 0.0 <= limits.effort_jump_nm <= _LARGEST_JUMP_NM
+        and 0.0 <= limits.inertia <= _LARGEST_STATED
+        and 0.0 <= limits.viscous_friction <= _LARGEST_STATED
+        and limits.effort_nm / EFFORT_PER_COUNT_NM <= _LARGEST_EFFORT_COUNT
+        and limits.travel_rad / RAD_PER_COUNT <= _LARGEST_TRAVEL_COUNT
+        and limits.gain_step <= 1.0
+        and all(math.isfinite(m) and m >= 0.0 for m in limits.gain_maximum.numbers().values())
+        and limits.gain_maximum.transmission_loss <= MOST_LOSS
+    )
+
+
+def _gains_sound(gains: AxisGains, maxima: AxisGains) -> bool:
+    largest = maxima.numbers()
+    return all(
+        abs(value) <= largest[name]
+        and (value >= 0.0 or name in SIGNED)
+        and (value > 0.0 or name not in POSITIVE)
+        for name, value in gains.numbers().items()
+    )

@@ -7,8 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.link import connect, link_checks
-from edge_ident.commissioning.motion import stopping
+from edge_ident.commissioning import doctor, ports, safety
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import BoardSettings
@@ -24,7 +23,7 @@ class SharedBoard:
         virtual: VirtualBoard | None = None,
     ):
         self.virtual = virtual or VirtualBoard(settings)
-        for module in (connect, link_checks, stopping):
+        for module in (ports, doctor, safety):
             monkeypatch.setattr(module, "open_link", lambda *_, **__: self.virtual)
 
     @property

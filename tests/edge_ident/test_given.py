@@ -10,9 +10,9 @@ import pytest
 
 import edge_ident
 from edge_ident.model import effects
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import random_term
-from edge_ident.model.strengths import scale_of
-from edge_ident.signals.python_words import in_python
+from edge_ident.signals.recording_files import in_python
 
 ROOT = Path(__file__).parents[2]
 

@@ -13,10 +13,10 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from edge_ident import load_network, simulate
-from edge_ident.commissioning.study.board_answer import counts_of
-from edge_ident.estimation.board_network import BoardNetwork
+from edge_ident.commissioning.board_answer import counts_of
 from edge_ident.estimation.image import effort_image
 from edge_ident.estimation.manifest import BUILT_IN
+from edge_ident.estimation.network_estimate import BoardNetwork
 from export.c_source.source import export_c
 from firmware_interface import registers
 from firmware_interface.board_identification import (

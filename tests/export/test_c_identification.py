@@ -1,6 +1,6 @@
 """The firmware identifies as Python says that it should, beside everything else that it does.
 
-`edge_ident.estimation.board_network` defines what is computed. Both read the same counts.
+`edge_ident.estimation.network_estimate` defines what is computed. Both read the same counts.
 """
 
 import json
@@ -17,10 +17,10 @@ from tests.repetitions import a_few
 
 pytest.importorskip("onnx")
 
-from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.capture import capture_motion
 from edge_ident.drive.description import load_drive
-from edge_ident.estimation.board_network import BoardNetwork
 from edge_ident.estimation.network import load_network
+from edge_ident.estimation.network_estimate import BoardNetwork
 from export.c_source.source import export_c
 from firmware_interface.board import Board
 from firmware_interface.board_identification import (

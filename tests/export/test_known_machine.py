@@ -15,7 +15,7 @@ from edge_ident.estimation.image import effort_scale
 from edge_ident.estimation.manifest import load_manifest
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.model.model_files import save_model
-from edge_ident.signals.dct import subsample
+from edge_ident.signals.metrics import subsample
 from export import evaluate
 from export.checkpoint import Checkpoint, load, save
 from export.configuration import IMPROVED, PAPER

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation.image import effort_scale
+from edge_ident.model.effect import Scale
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
-from edge_ident.model.strengths import Scale
 from export import recordings
 from export.drives import efforts
 from export.motion import paper_motion

@@ -7,8 +7,7 @@ from firmware_interface.codec import encode
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import REGISTERS, Result
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import RequestClock
+from firmware_interface.virtual.board import RequestClock, VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.settings import BoardSettings
 

@@ -17,7 +17,7 @@ from board_bench import OLD
 from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BusyError
-from firmware_interface.gain_words import bank_spans
+from firmware_interface.gains import bank_spans
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import (
     MAP_CRC,

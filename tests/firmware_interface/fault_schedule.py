@@ -14,8 +14,8 @@ from board_bench import NEW, OLD
 from fault_line import FaultyLine, LineFault, Pace, Sender
 from witness import LIMITS, Witness
 
-from edge_ident.commissioning.gains.transfer import write_gains
-from edge_ident.commissioning.motion.safety import left_safe
+from edge_ident.commissioning.gain_transfer import write_gains
+from edge_ident.commissioning.safety import left_safe
 from firmware_interface.board import Board
 from firmware_interface.errors import EdgeIdentError
 from firmware_interface.gains import AxisGains

@@ -13,19 +13,11 @@ from unittest import mock
 from fault_line import FaultyLine, Sender
 from witness import SETTINGS, Witness
 
-from firmware_interface import (
-    board_checks,
-    board_hold,
-    board_session,
-    capture_pages,
-    modbus,
-    modbus_server,
-)
+from firmware_interface import board_checks, board_session, capture_pages, modbus, modbus_server
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
-from firmware_interface.modbus import ModbusLink
+from firmware_interface.modbus import ModbusLink, SerialClient
 from firmware_interface.modbus_server import RtuSession
-from firmware_interface.serial_client import SerialClient
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
@@ -146,7 +138,7 @@ def virtual_time(line: MemoryLine) -> Iterator[None]:
         sleep=lambda pause_s: line.wait_until(line.time.now_s() + pause_s),
     )
     with ExitStack() as patches:
-        hosts = (modbus, board_hold, board_session, board_checks, capture_pages)
+        hosts = (modbus, board_session, board_checks, capture_pages)
         for module in (*hosts, modbus_server):
             patches.enter_context(mock.patch.object(module, "time", clock))
         draw = random.Random(line.line.seed)

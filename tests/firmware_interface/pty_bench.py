@@ -13,7 +13,7 @@ from witness import SETTINGS, Witness
 
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
-from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.board import WallClock
 
 TIMEOUT_S: Final = 0.3
 

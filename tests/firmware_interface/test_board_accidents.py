@@ -14,9 +14,9 @@ from fault_line import FaultyLine, Pace, Sender
 from fault_proxy import FaultProxy
 from pty_bench import PtyBench, connected_board, pty_bench
 
-from edge_ident.commissioning.gains.transfer import write_gains
-from edge_ident.commissioning.motion.capture import capture_motion
-from edge_ident.commissioning.motion.safety import left_safe, make_ready, ready_to_move
+from edge_ident.commissioning.capture import capture_motion
+from edge_ident.commissioning.gain_transfer import write_gains
+from edge_ident.commissioning.safety import left_safe, make_ready, ready_to_move
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError, EdgeIdentError, LinkError
 from firmware_interface.gains import AxisGains

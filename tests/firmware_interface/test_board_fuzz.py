@@ -13,9 +13,8 @@ from witness import EffortWatch
 from firmware_interface.codec import crc32
 from firmware_interface.modbus_server import RtuSession, TcpSession, answer
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import RequestClock
-from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
+from firmware_interface.virtual.board import RequestClock, VirtualBoard
+from firmware_interface.virtual.setpoints import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
 from tests.repetitions import examples
 
 

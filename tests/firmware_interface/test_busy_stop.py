@@ -3,7 +3,7 @@
 import pytest
 from board_bench import Bench
 
-from edge_ident.commissioning.motion.stopping import _at_rest_for_good
+from edge_ident.commissioning.safety import _at_rest_for_good
 from firmware_interface import board_session
 from firmware_interface.errors import BusyError
 

@@ -8,10 +8,10 @@ import time
 
 import pytest
 
-from edge_ident.commissioning.motion.capture import capture_motion, check_recordable
+from edge_ident.commissioning.capture import capture_motion, check_recordable
 from edge_ident.errors import LinkError
 from firmware_interface.board import Board
-from firmware_interface.capture_pace import CapturePace
+from firmware_interface.capture_pages import CapturePace
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import PAGE_SAMPLES, State
 from firmware_interface.virtual.board import VirtualBoard

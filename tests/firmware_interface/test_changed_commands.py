@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
-from edge_ident.commissioning.gains.change import _confirm_or_roll_back, roll_back_unconfirmed
+from edge_ident.commissioning.gain_change import _confirm_or_roll_back, roll_back_unconfirmed
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError

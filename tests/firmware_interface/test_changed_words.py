@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import pytest
 
-from edge_ident.commissioning.motion.homing import move_by
+from edge_ident.commissioning.homing import move_by
 from firmware_interface.board import Board
 from firmware_interface.errors import LinkError
 from firmware_interface.registers import REGISTERS

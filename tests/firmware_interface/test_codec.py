@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_interface.codec import (
     RawPage,
+    addresses,
     crc32,
     decode,
     decode_array,
@@ -19,16 +20,18 @@ from firmware_interface.codec import (
     encode_page,
     encode_trajectory,
 )
-from firmware_interface.gain_words import (
+from firmware_interface.gains import (
+    OFF,
+    POSITIVE,
+    SIGNED,
+    AxisGains,
     bank_spans,
     decode_gains,
     encode_gains,
     span_of,
 )
-from firmware_interface.gains import OFF, POSITIVE, SIGNED, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import PAGE_ADDRESS, PAGE_WORDS, REGISTERS
-from firmware_interface.spans import addresses
 
 LIMITS = {
     "u16": (0, 2**16 - 1),

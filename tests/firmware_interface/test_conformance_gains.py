@@ -8,17 +8,16 @@ from board_bench import NEW, long_motion
 from conformance_boards import ask, put_gains, refused_value, start, until, until_abandoned
 
 from firmware_interface.board import Board
-from firmware_interface.codec import crc32, encode
+from firmware_interface.codec import addresses, crc32, encode
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import (
+from firmware_interface.gains import (
+    AxisGains,
     bank_spans,
     encode_gains,
     span_of,
     staged_writes,
 )
-from firmware_interface.gains import AxisGains
 from firmware_interface.registers import STORE_SIGNATURE, Opcode, Result, State
-from firmware_interface.spans import addresses
 
 LONG = replace(long_motion(), lead_in_s=2.0)
 

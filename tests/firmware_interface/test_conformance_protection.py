@@ -16,7 +16,7 @@ from conformance_boards import (
     until_fault,
 )
 
-from edge_ident.commissioning.motion.safety import make_ready
+from edge_ident.commissioning.safety import make_ready
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import encode
 from firmware_interface.errors import BoardError

@@ -10,8 +10,7 @@ from conformance_boards import Served, ask, start, until, until_fault
 from firmware_interface.board import Board
 from firmware_interface.codec import crc32
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import encode_gains
-from firmware_interface.gains import Bank
+from firmware_interface.gains import Bank, encode_gains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import Fault, Opcode, Result, State
 

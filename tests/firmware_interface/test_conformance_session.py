@@ -20,7 +20,7 @@ from conformance_boards import (
 from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import StoppedError
-from firmware_interface.gain_words import encode_gains, staged_writes
+from firmware_interface.gains import encode_gains, staged_writes
 from firmware_interface.registers import (
     MAP_CRC,
     REGISTERS,

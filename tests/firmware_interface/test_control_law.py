@@ -18,9 +18,14 @@ from law_cases import (
 )
 
 from edge_ident.simulation.loop import Controllers
-from firmware_interface.control_law import deadband_nm, exact_effort_nm, feedforward_nm
+from firmware_interface.control_law import (
+    NOTHING,
+    Memory,
+    deadband_nm,
+    exact_effort_nm,
+    feedforward_nm,
+)
 from firmware_interface.gains import AxisGains
-from firmware_interface.law_memory import NOTHING, Memory
 from firmware_interface.motion import Reference
 from firmware_interface.virtual.controller import AxisController, Setpoint
 

@@ -16,9 +16,8 @@ from firmware_interface.board_types import NONCE_WORDS
 from firmware_interface.capture_pages import read_page
 from firmware_interface.codec import RawPage, decode_page, encode_page
 from firmware_interface.errors import BoardError, LinkError
-from firmware_interface.modbus import ModbusLink
+from firmware_interface.modbus import ModbusLink, SerialClient
 from firmware_interface.registers import MAGIC, PAGE_WORDS
-from firmware_interface.serial_client import SerialClient
 from firmware_interface.virtual.board import VirtualBoard
 from tests.repetitions import examples
 

@@ -4,8 +4,8 @@ import pytest
 from explored import BrokenError, explore
 
 from firmware_interface.registers import Fault, State
-from firmware_interface.virtual.gain_banks import GainBanks
 from firmware_interface.virtual.machine import Machine
+from firmware_interface.virtual.settings import GainBanks
 from tests.repetitions import a_few
 
 

@@ -7,7 +7,7 @@ import pytest
 from board_bench import BETTER, NEW, OLD, Bench
 
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import staged_writes
+from firmware_interface.gains import staged_writes
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 

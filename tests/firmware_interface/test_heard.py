@@ -6,10 +6,8 @@ import pytest
 from test_serial_client import Port
 
 from firmware_interface.errors import LinkError, NoReplyError, SilentError
-from firmware_interface.heard import Heard
-from firmware_interface.modbus import DEVICE_ID, ModbusLink
+from firmware_interface.modbus import DEVICE_ID, Heard, ModbusLink, SerialClient
 from firmware_interface.registers import MAP_VERSION, REGISTERS
-from firmware_interface.serial_client import SerialClient
 
 
 class Spoilt(Port):

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from board_bench import long_motion
 
-from firmware_interface import heartbeat
+from firmware_interface import link
 from firmware_interface.board import Board
 from firmware_interface.errors import (
     BoardError,
@@ -16,10 +16,9 @@ from firmware_interface.errors import (
     SilentError,
     StoppedError,
 )
-from firmware_interface.heartbeat import Heartbeat
+from firmware_interface.link import Heartbeat
 from firmware_interface.registers import REGISTERS, Fault, State
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.board import VirtualBoard, WallClock
 
 KEY = REGISTERS["session.key"].address
 SOON_S = 60.0
@@ -211,7 +210,7 @@ def test_the_longest_time_that_the_process_did_not_run_is_measured(
     line: NearLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     held_up = HeldUp([0.0, 0.9, 0.01])
-    monkeypatch.setattr(heartbeat.time, "monotonic", lambda: held_up.now_s)
+    monkeypatch.setattr(link.time, "monotonic", lambda: held_up.now_s)
     beats = Heartbeat(line, lambda: None, lambda: 0.25)
     beats._ended = held_up  # type: ignore[assignment]
     thread = threading.Thread(target=beats._run)

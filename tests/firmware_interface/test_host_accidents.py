@@ -22,13 +22,12 @@ from fault_line import FaultyLine, Sender
 from fault_proxy import FaultProxy
 from pty_bench import connected_board
 
-from edge_ident.commissioning.gains.files import load_gains
+from edge_ident.commissioning.gain_transfer import load_gains
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.capture_pages import _TIMED_PAGES
-from firmware_interface.gain_words import bank_spans, decode_gains
-from firmware_interface.gains import AxisGains
+from firmware_interface.codec import addresses
+from firmware_interface.gains import AxisGains, bank_spans, decode_gains
 from firmware_interface.registers import PAGE_ADDRESS, REGISTERS, Fault, Opcode, State
-from firmware_interface.spans import addresses
 
 COMMAND = [sys.executable, "-m", "edge_ident"]
 PYTHON_SPEED = 8.0

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
-from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
+from edge_ident.commissioning import safety
+from edge_ident.commissioning.safety import left_safe, ready_to_move
 from edge_ident.support import interrupts
 from firmware_interface import board_session
 from firmware_interface.board import Board

@@ -19,8 +19,7 @@ from firmware_interface.errors import BoardError, LinkError, NoReplyError, Resta
 from firmware_interface.modbus import ModbusLink
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, State
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.board import VirtualBoard, WallClock
 
 Served = Callable[[VirtualBoard, str], AbstractContextManager[str]]
 LINES = ["pty", "tcp"]

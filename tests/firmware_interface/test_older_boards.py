@@ -5,13 +5,12 @@ from dataclasses import replace
 import pytest
 from board_bench import BETTER, OLD, Bench, long_motion
 
-from edge_ident.commissioning.gains.transfer import check_gains, write_gains
+from edge_ident.commissioning.gain_transfer import check_gains, write_gains
+from firmware_interface.board_types import MAP_CRCS
 from firmware_interface.codec import crc32
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import bank_spans, encode_gains, span_of
-from firmware_interface.gains import GAIN_FIELDS, AxisGains
-from firmware_interface.map_versions import MAP_CRCS
-from firmware_interface.register_map import load_map
+from firmware_interface.gains import GAIN_FIELDS, AxisGains, bank_spans, encode_gains, span_of
+from firmware_interface.generate import load_map
 from firmware_interface.registers import MAP_VERSION, Opcode, Result, State
 from firmware_interface.virtual.settings import BoardSettings
 

@@ -11,20 +11,19 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from witness import EffortWatch
 
-from firmware_interface.codec import crc32, encode, encode_trajectory
+from firmware_interface.codec import addresses, crc32, encode, encode_trajectory
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import (
+from firmware_interface.gains import (
+    Bank,
     bank_spans,
     decode_gains,
     encode_gains,
     staged_writes,
 )
-from firmware_interface.gains import Bank
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, State
-from firmware_interface.spans import addresses
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
-from firmware_interface.virtual.trajectory_check import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
+from firmware_interface.virtual.setpoints import TRAJECTORY_ADDRESS, TRAJECTORY_WORDS
 from tests.repetitions import examples
 
 FOREIGN = 0x0BADC0DE

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_interface import generate
-from firmware_interface.register_map import SOURCE, load_map
+from firmware_interface.generate import SOURCE, load_map
 from firmware_interface.registers import MAP_CRC, REGISTERS
 
 

@@ -13,8 +13,7 @@ from law_cases import drawn_gains
 
 from firmware_interface.codec import crc32
 from firmware_interface.errors import BoardError
-from firmware_interface.gain_words import encode_gains
-from firmware_interface.gains import AxisGains, Bank
+from firmware_interface.gains import AxisGains, Bank, encode_gains
 from firmware_interface.motion import (
     Multisine,
     SineComponent,
@@ -22,7 +21,7 @@ from firmware_interface.motion import (
 )
 from firmware_interface.registers import AXES, Fault, Opcode, Result, State
 from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM, SAMPLE_PERIOD_S, DriveSample
-from firmware_interface.virtual.self_test import settings_sound
+from firmware_interface.virtual.machine import settings_sound
 from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
 
 SINE = Multisine((SineComponent(0.5, 3.0, 0.0),))

@@ -4,9 +4,8 @@ import pytest
 from board_bench import NEW
 
 from firmware_interface.board import Board
-from firmware_interface.modbus import ModbusLink
+from firmware_interface.modbus import ModbusLink, SerialClient
 from firmware_interface.modbus_server import RtuSession
-from firmware_interface.serial_client import SerialClient
 from firmware_interface.virtual.board import VirtualBoard
 
 

@@ -9,7 +9,7 @@ import pytest
 
 _AT_REST: Final = """
 import os, signal, sys, time
-from edge_ident.commissioning.motion.safety import ready_to_move
+from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.support.interrupts import end_as_by_ctrl_c
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard

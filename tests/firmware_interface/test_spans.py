@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from firmware_interface.gain_words import bank_spans, span_of
-from firmware_interface.spans import READ_WORDS, WRITTEN_WORDS, addresses, transfers
+from firmware_interface.codec import READ_WORDS, WRITTEN_WORDS, addresses, transfers
+from firmware_interface.gains import bank_spans, span_of
 
 
 @pytest.mark.parametrize("longest", [READ_WORDS, WRITTEN_WORDS])

@@ -7,13 +7,13 @@ from dataclasses import replace
 import pytest
 from board_bench import NEW, OLD, Bench, long_motion
 
-from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.safety import left_safe, ready_to_move
+from edge_ident.commissioning import safety
+from edge_ident.commissioning.safety import left_safe, ready_to_move
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import StoppedError
 from firmware_interface.registers import SESSION_LEASE_S, Fault, State
-from firmware_interface.virtual.session import Session
+from firmware_interface.virtual.register_file import Session
 
 Verb = Callable[[Board], object]
 

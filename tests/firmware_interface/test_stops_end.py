@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from board_bench import OLD, Bench, long_motion
 
-from edge_ident.commissioning.gains.change import roll_back_unconfirmed
-from edge_ident.commissioning.gains.transfer import check_feedback
+from edge_ident.commissioning.gain_change import roll_back_unconfirmed
+from edge_ident.commissioning.gain_transfer import check_feedback
 from edge_ident.errors import GainError
 from firmware_interface.board import Board
+from firmware_interface.control_law import feedback_poles, feedback_stable
 from firmware_interface.errors import BoardError
-from firmware_interface.feedback import feedback_poles, feedback_stable
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.plant.feed_drive import FEED_DRIVE
@@ -25,7 +25,7 @@ from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, Fault, Opcode, Result, State, WatchdogAction
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import CONTROL_DELAY_S, SAMPLE_PERIOD_S
-from firmware_interface.virtual.session import FREE
+from firmware_interface.virtual.register_file import FREE
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 LONGEST_REST_S = 2.0

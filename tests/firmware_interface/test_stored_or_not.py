@@ -3,8 +3,8 @@
 import pytest
 from board_bench import Bench
 
-from edge_ident.commissioning.gains.change import roll_back_unconfirmed
-from edge_ident.commissioning.motion.safety import left_safe
+from edge_ident.commissioning.gain_change import roll_back_unconfirmed
+from edge_ident.commissioning.safety import left_safe
 from firmware_interface import board_session
 from firmware_interface.errors import BusyError, NoReplyError, RestartedError
 from firmware_interface.registers import REGISTERS

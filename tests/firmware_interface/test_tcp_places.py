@@ -11,14 +11,13 @@ from board_bench import long_motion
 from board_thread import served
 from raw_line import mbap
 
-from edge_ident.commissioning.motion.stopping import stop_machine
+from edge_ident.commissioning.safety import stop_machine
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
 from firmware_interface.errors import StoppedError
 from firmware_interface.registers import REGISTERS, State
 from firmware_interface.virtual import server
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual.board import VirtualBoard, WallClock
 
 READ_MAGIC = mbap(bytes([3, 0, 0, 0, 2]))
 REPLY_BYTES = 13

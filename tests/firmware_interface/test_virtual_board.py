@@ -11,7 +11,7 @@ from board_bench import NEW, OLD, Bench, long_motion
 from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import BoardError, LinkError
-from firmware_interface.gain_words import encode_gains
+from firmware_interface.gains import encode_gains
 from firmware_interface.motion import Trajectory
 from firmware_interface.registers import (
     MAP_CRC,
@@ -22,9 +22,8 @@ from firmware_interface.registers import (
     State,
     WatchdogAction,
 )
-from firmware_interface.virtual import trajectory_check
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import WallClock
+from firmware_interface.virtual import setpoints
+from firmware_interface.virtual.board import VirtualBoard, WallClock
 from firmware_interface.virtual.drive import RAD_PER_COUNT
 from firmware_interface.virtual.settings import (
     DEFAULT_LIMITS,
@@ -86,7 +85,7 @@ def test_the_board_enforces_its_limits_during_the_motion(
 ) -> None:
     bench = Bench(limits=dict.fromkeys("xz", replace(DEFAULT_LIMITS, **limit)))
     # a motion within limits that goes astray: the check before the motion is not what is tested
-    monkeypatch.setattr(trajectory_check, "_at_most", lambda *_arguments: True)
+    monkeypatch.setattr(setpoints, "_at_most", lambda *_arguments: True)
     bench.start(long_motion())
     with pytest.raises(BoardError, match=f"fault {fault.name}"):
         list(bench.board.capture_pages())

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.plant.drives import Array
-from firmware_interface.plant.motions import SAMPLE_S
+from firmware_interface.plant.drives import SAMPLE_S, Array
 from firmware_interface.plant.simulation import Recordings
 
 

@@ -20,9 +20,8 @@ from firmware_interface.plant import (
     draw_drives,
     simulate,
 )
-from firmware_interface.plant.drives import Array
+from firmware_interface.plant.drives import LEAD, TAIL, Array
 from firmware_interface.plant.electric_effects import RecordDelay
-from firmware_interface.plant.motions import LEAD, TAIL
 from tests.plant.balance import Balance, averaged, balance
 from tests.plant.side_by_side import copy_of, side_by_side
 

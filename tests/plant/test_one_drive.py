@@ -19,7 +19,7 @@ from firmware_interface.plant import (
     multisine,
 )
 from firmware_interface.plant.drives import Array
-from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE, overriding
+from firmware_interface.plant.plant import STEPS_PER_SAMPLE, overriding
 from tests.plant.side_by_side import side_by_side
 
 DRIVES = draw_drives(1, 51)

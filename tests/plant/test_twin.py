@@ -13,10 +13,9 @@ from firmware_interface.plant import (
     paper,
     simulate,
 )
-from firmware_interface.plant.drives import Array
+from firmware_interface.plant.drives import LEAD, Array
 from firmware_interface.plant.effect import Effect
-from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
-from firmware_interface.plant.motions import LEAD
+from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 
 COUNT = 3
 DRIVES = draw_drives(COUNT, seed=4)

@@ -8,7 +8,7 @@ import pytest
 
 import edge_ident
 from edge_ident import identify, load_drive
-from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.capture import capture_motion
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.identification.result import Identification
 from firmware_interface.plant import EFFECTS, UNKNOWN, Hidden, Plant, draw_drives

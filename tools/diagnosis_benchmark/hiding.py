@@ -25,9 +25,9 @@ from firmware_interface.plant import (
     draw_noise,
     simulate,
 )
+from firmware_interface.plant.drives import LEAD
 from firmware_interface.plant.electric_effects import RecordDelay
-from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
-from firmware_interface.plant.motions import LEAD
+from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 from tools.diagnosis_benchmark.cases import BATCH_DRIVES, DRAWN, Batch, Case
 from tools.diagnosis_benchmark.measuring import (
     ABOVE_BAND,

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky_banded, solve_banded
 
 from firmware_interface.plant import COUNT_RAD, SAMPLE_S
-from firmware_interface.plant.mechanism import STEPS_PER_SAMPLE
+from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from edge_ident.diagnosis import diagnose as engine
-from edge_ident.support.memory import keep
+from edge_ident.support.stopwatch import keep
 from firmware_interface.plant import Noise, draw, draw_drives, multisine, simulate
 from tools.diagnosis_benchmark.hiding import AXES, recording_of
 

@@ -17,8 +17,7 @@ from edge_ident.estimation import network_estimate
 from edge_ident.estimation.image import Subsampled, align, effort_scale
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.dct import POINTS
-from edge_ident.signals.metrics import Metric, compare
+from edge_ident.signals.metrics import POINTS, Metric, compare
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.plant import Drives, Noise, Recordings, draw_drives, paper, simulate
 from tools.paper_figures.page import Section, Sources, percent, table
@@ -115,8 +114,8 @@ def identify(recording: Recording, name: str, truth: Array, network: Network) ->
     time_ms = 1e3 * (time.perf_counter() - began_s)
     found = {
         "network": looped.parameters,
-        "least squares": least_squares.estimate(problem).parameters,
-        "random search": random_search.estimate(problem).parameters,
+        "least squares": least_squares(problem).parameters,
+        "random search": random_search(problem).parameters,
     }
     metric = {m: compare(problem.effort, problem.regressor @ p) for m, p in found.items()}
     unit = effort_scale(seen.effort, "effort-scale") / motion.column_scales

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from edge_ident.estimation.image import Normalization, effort_image, effort_scale
-from edge_ident.signals.dct import POINTS
+from edge_ident.signals.metrics import POINTS
 from export.configuration import IMPROVED
 from export.motion import paper_motion
 from tools.paper_figures.page import Section, Sources, table

@@ -16,7 +16,7 @@ from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.model.model import Model
 from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.library import Grid
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
-from edge_ident.model.waves import cosine_and_sine
+from edge_ident.model.motion import cosine_and_sine
+from edge_ident.model.rigid_body import EXTERNAL_VIBRATION
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
-from edge_ident.signals.motion_lines import driven, motion_lines
+from edge_ident.signals.filters import driven, motion_lines
 
 Array = NDArray[np.float64]
 _Part = tuple[Grid, NDArray[np.complex64], NDArray[np.bool_]]
@@ -37,7 +37,7 @@ class Spectrum:
     Attributes
     ----------
     grid : Grid
-        Frequencies (F,), and the recording of each (`edge_ident.model.external_vibration`).
+        Frequencies (F,), and the recording of each (`edge_ident.model.rigid_body`).
     waves : (F, n) complex array
         Zero outside their recording.
     own : (F,) array of bool

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.signals.conditioning import unit_length
-from edge_ident.signals.motion_lines import strongest_line
+from edge_ident.signals.filters import strongest_line
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from edge_ident.diagnosis.fit.candidates import (
 )
 from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import coloured_std
 from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]

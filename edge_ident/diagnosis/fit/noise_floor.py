@@ -20,8 +20,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.conditioning import unit_length
-from edge_ident.signals.standstill import widened
+from edge_ident.signals.conditioning import unit_length, widened
 
 Array = NDArray[np.float64]
 

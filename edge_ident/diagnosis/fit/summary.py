@@ -15,7 +15,7 @@ from edge_ident.diagnosis.measures import ModelFit, Traces
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.model.model import Estimate
-from edge_ident.model.timing import NO_SHIFT, Timing
+from edge_ident.model.motion import NO_SHIFT, Timing
 from edge_ident.signals.metrics import compare, rms
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, additive
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 
 Array = NDArray[np.float64]
 

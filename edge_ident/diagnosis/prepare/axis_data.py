@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import Segment
 from edge_ident.diagnosis.tolerance import OUTLIER
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import AxisModel, SupportedRange, sources
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.model.search import Excitation, Form, Link, Span
-from edge_ident.model.sources import sources
-from edge_ident.model.supported_range import SupportedRange
-from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.motion import Motion
-from edge_ident.signals.conditioning import SAMPLED_PER_PERIOD
-from edge_ident.signals.decimation import LONG
-from edge_ident.signals.standstill import at_rest, crept, widened
+from edge_ident.signals.conditioning import SAMPLED_PER_PERIOD, at_rest, crept, widened
+from edge_ident.signals.filters import LONG
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

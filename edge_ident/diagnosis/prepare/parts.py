@@ -15,11 +15,9 @@ import numpy as np
 
 from edge_ident.diagnosis.prepare.masks import TURN_NOISE, turning_points
 from edge_ident.estimation.trust import Finding
-from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff
-from edge_ident.signals.encoder import position_noise
-from edge_ident.signals.lost_rows import with_mended_stamps
+from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD, choose_cutoff, position_noise
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid, with_mended_stamps
 
 _MOST_SAMPLES: Final = 1500
 """Independent samples in a recording, or in a part of one; a wider band adds little information and

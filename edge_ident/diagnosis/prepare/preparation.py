@@ -38,12 +38,12 @@ from edge_ident.signals.conditioning import (
     acceleration_noise,
     choose_cutoff,
     decimated,
+    encoder_count,
+    widened,
 )
-from edge_ident.signals.encoder import encoder_count
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.standstill import widened
 
 Array = NDArray[np.float64]
 

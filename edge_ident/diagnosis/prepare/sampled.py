@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.motion import Motion
-from edge_ident.signals.encoder import position_noise
+from edge_ident.signals.conditioning import position_noise
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import Recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 
 Array = NDArray[np.float64]
 

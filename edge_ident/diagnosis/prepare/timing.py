@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.segment import WHOLE_BAND, Segment
 from edge_ident.model.model import AxisModel, regressor
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.timing import (
     CERTAIN,

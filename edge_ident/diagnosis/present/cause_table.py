@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.model.model_table import term_rows
+from edge_ident.model.model_files import term_rows
 from edge_ident.support.rows import Cell, Table, table_of
 
 NAMES = (

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.present.explained_variance import explained_variance
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.support.json_text import finite
+from edge_ident.support.documents import finite
 
 
 def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from edge_ident.diagnosis.present import panels
 from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.present.panels import Array
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.support.drawing import new_figure
+from edge_ident.support.rows import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

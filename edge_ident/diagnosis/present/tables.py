@@ -12,7 +12,7 @@ from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.support.tables import FittingTable, plain_table
+from edge_ident.support.console import FittingTable, plain_table
 from edge_ident.support.words import spoken
 
 _COLOUR: Final = {

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.model.timing import LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.model.motion import LARGEST_SHIFT, NO_SHIFT, Timing
 from edge_ident.support.numbers import with_deviation
 from edge_ident.support.words import listed, spoken
 

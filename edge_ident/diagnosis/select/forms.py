@@ -14,7 +14,7 @@ from edge_ident.diagnosis.select.acceptance import Evidence, decide, separable
 from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import catalogue
-from edge_ident.model.sources import acting, turned
+from edge_ident.model.model import acting, turned
 
 
 def in_best_forms(search: Search, model: FittedModel) -> FittedModel:

@@ -23,7 +23,7 @@ from edge_ident.diagnosis.select.thresholds import (
     FOLLOWED,
     MOST_TERMS,
 )
-from edge_ident.model.sources import axes_of
+from edge_ident.model.model import axes_of
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from edge_ident.diagnosis.prepare.timing import (
 )
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
 from edge_ident.diagnosis.select.thresholds import DECISIVE
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.timing import STEPS_PER_PERIOD, within_limits
 
 

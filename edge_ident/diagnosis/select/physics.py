@@ -15,7 +15,7 @@ from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
-from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import coloured_std
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import ChangesWith

@@ -11,9 +11,8 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.select.thresholds import LARGEST, RELIABILITY
 from edge_ident.model.effects import named
-from edge_ident.model.model import Term
+from edge_ident.model.model import Term, acting
 from edge_ident.model.search import Excitation
-from edge_ident.model.sources import acting
 
 Array = NDArray[np.float64]
 

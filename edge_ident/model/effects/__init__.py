@@ -18,13 +18,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.errors import ModelError
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Effect
-from edge_ident.model.external_vibration import EXTERNAL_VIBRATION
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Scale, no_draw
 from edge_ident.model.model import Term
-from edge_ident.model.rigid_body import RIGID_BODY
-from edge_ident.model.strengths import Draws, Scale, no_draw
+from edge_ident.model.rigid_body import EXTERNAL_VIBRATION, RIGID_BODY
 
 _UNCATALOGUED: Final = {effect.name: effect for effect in (RIGID_BODY, EXTERNAL_VIBRATION)}
 

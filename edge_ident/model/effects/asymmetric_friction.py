@@ -10,12 +10,18 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
 
 
 class AsymmetricFriction(Effect):

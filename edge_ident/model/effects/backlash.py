@@ -12,9 +12,16 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import (
     SOUND_RESONANCE_HZ,
@@ -25,18 +32,13 @@ from edge_ident.model.search import (
     Yardstick,
     heavier_than,
 )
-from edge_ident.model.strengths import Draws, Scale
 
-_SEGMENTS: Final = 12
-"""Parts of the motion that are integrated side by side."""
-_SHORTEST: Final = 100
-"""Samples of such a segment."""
-_CONTACT_DAMPING: Final = 0.4
-"""Damping ratio of the load on a contact."""
-_LEVELS: Final = 4
-"""Contact rates that the search begins with."""
+_SEGMENTS: Final = 12  # parts of the motion that are integrated side by side
+_SHORTEST: Final = 100  # samples of such a segment
+_CONTACT_DAMPING: Final = 0.4  # damping ratio of the load on a contact
+_LEVELS: Final = 4  # contact rates that the search begins with
+# Contact rates over those of the motion and of the filter, between which the levels lie.
 _QUICKER: Final = 5.0
-"""Contact rates over those of the motion and of the filter, between which the levels lie."""
 
 
 class Backlash(Effect):

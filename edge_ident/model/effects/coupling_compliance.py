@@ -13,9 +13,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import (
     SOUND_RESONANCE_HZ,
@@ -26,10 +33,8 @@ from edge_ident.model.search import (
     Yardstick,
     heavier_than,
 )
-from edge_ident.model.strengths import Draws, Scale
 
-_STOPPING_RATE: Final = 300.0
-"""Rate (1/s) with which dry friction stops the load in a simulation."""
+_STOPPING_RATE: Final = 300.0  # rate (1/s) with which dry friction stops the load in a simulation
 
 
 class CouplingCompliance(Effect):
@@ -207,15 +212,12 @@ EFFECT: Final = CouplingCompliance(
 
 Complex = NDArray[np.complex128]
 
+# Over the whole response. A load that rings or settles within a sample is stopped by friction of
+# the motion's direction; the response at the end of the sample alone would say the opposite.
 _LEAST_MOBILITY: Final = 1e-9
-"""Over the whole response. A load that rings or settles within a sample is stopped by friction of
-the motion's direction; the response at the end of the sample alone would say the opposite."""
-_BLOCK: Final = 64
-"""Samples that are computed at once."""
-_CACHED: Final = 8192
-"""Numbers that are multiplied at once, in a processor's cache."""
-_STEPS: Final = 8
-"""Samples that are computed one by one where friction changes."""
+_BLOCK: Final = 64  # samples that are computed at once
+_CACHED: Final = 8192  # numbers that are multiplied at once, in a processor's cache
+_STEPS: Final = 8  # samples that are computed one by one where friction changes
 
 
 def lag_states(

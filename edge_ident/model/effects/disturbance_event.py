@@ -9,13 +9,19 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import CLOCK, Array, Effect, Parameter, Values
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import (
+    CLOCK,
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
+from edge_ident.model.motion import Motion, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import cosine_and_sine
 
 
 class DisturbanceEvent(Effect):

@@ -12,22 +12,26 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
+from edge_ident.model.motion import TURNS_RAD, Motion, cosine_and_sine
 from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import TURNS_RAD, cosine_and_sine
 
+# Most steps of Newton's method; errors that keep the reading increasing need fewer.
 _ITERATIONS: Final = 5
-"""Most steps of Newton's method; errors that keep the reading increasing need fewer."""
 _CONVERGED: Final = 1e-13
+# Largest error, of a turn. A hub that is centred by hand to 0.1 mm at a radius of 20 mm errs by
+# 0.0008. A judgement.
 _LARGEST: Final = 0.01
-"""Largest error, of a turn. A hub that is centred by hand to 0.1 mm at a radius of 20 mm errs by
-0.0008. A judgement."""
-_SMALLEST: Final = 0.1
-"""Smallest error of the reading that counts, over the encoder's resolution."""
+_SMALLEST: Final = 0.1  # smallest error of the reading that counts, over the encoder's resolution
 
 
 class EncoderEccentricity(Effect):

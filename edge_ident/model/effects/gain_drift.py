@@ -11,9 +11,16 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.effects.offset_drift import (
     FORMS,
     TIME_CONSTANT,
@@ -22,10 +29,8 @@ from edge_ident.model.effects.offset_drift import (
 )
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.search import Excitation, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
 
-_SMALLEST: Final = 0.05
-"""Scale below which it stays, so that a long record never divides by zero."""
+_SMALLEST: Final = 0.05  # scale below which it stays, so that a long record never divides by zero
 
 
 class GainDrift(Effect):

@@ -11,20 +11,25 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
 
+# Damping ratio of drive trains of metal. Along a motion, damping is a delay, and belongs to the
+# shift of the effort: no recording of the load's encoder tells it.
 _USUAL_DAMPING: Final = 0.03
-"""Damping ratio of drive trains of metal. Along a motion, damping is a delay, and belongs to the
-shift of the effort: no recording of the load's encoder tells it."""
-_FASTEST: Final = 1e4
-"""Resonance in rad/s above which nothing is integrated."""
+_FASTEST: Final = 1e4  # resonance in rad/s above which nothing is integrated
+# Fourth-order second derivative: weights of the values 0, 1 and 2 steps to either side.
 _SECOND: Final = (-15.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0)
-"""Fourth-order second derivative: weights of the values 0, 1 and 2 steps to either side."""
 
 
 class NoncollocatedCompliance(Effect):

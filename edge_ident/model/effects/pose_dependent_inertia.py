@@ -12,17 +12,22 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
+from edge_ident.model.motion import Motion, wave
 from edge_ident.model.search import Form, Link, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import wave
 
 _PARTS: Final = ("cosine", "sine", "cosine_2", "sine_2")
+# What this joint does: whose angle changes the inertia, and which of the two it is.
 _PLACES: Final = {"turning": ("other", Link.INNER), "lifted": ("own", Link.OUTER)}
-"""What this joint does: whose angle changes the inertia, and which of the two it is."""
 
 
 class PoseDependentInertia(Effect):

@@ -11,17 +11,22 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
+from edge_ident.model.motion import TURNS_RAD, Motion, added, polynomial, wave
 from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import TURNS_RAD, added, polynomial, wave
 
+# Most waves over the travel, beside those of a turn. What repeats more often is rather an error of
+# the encoder, whose effort also grows with the acceleration and with the speed squared.
 _MOST_WAVES: Final = 2.0
-"""Most waves over the travel, beside those of a turn. What repeats more often is rather an error of
-the encoder, whose effort also grows with the acceleration and with the speed squared."""
 _ROUNDING: Final = 1e-9
 
 

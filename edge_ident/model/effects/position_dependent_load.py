@@ -13,17 +13,21 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
+from edge_ident.model.motion import Motion, added, bump, polynomial, wave
 from edge_ident.model.search import ChangesWith, Excitation, Form, Link, SearchSpec
-from edge_ident.model.strengths import Draws, Scale
-from edge_ident.model.waves import added, bump, polynomial, wave
 
 _TURN_RAD: Final = 2.0 * np.pi
-_MOST_WAVES: Final = 2.0
-"""Most waves over the travel; what repeats more often is called ripple."""
+_MOST_WAVES: Final = 2.0  # most waves over the travel; what repeats more often is called ripple
 _ROUNDING: Final = 1e-9
 
 

@@ -11,9 +11,16 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import (
     SOUND_RESONANCE_HZ,
@@ -23,14 +30,13 @@ from edge_ident.model.search import (
     SearchSpec,
     Yardstick,
 )
-from edge_ident.model.strengths import Draws, Scale
 
 _BRISTLES: Final = 10
 _FINE: Final = np.linspace(0.0, 20.0, 20_001)
+# Over the distance; gamma distributed: of very many, friction from rest grows exponentially.
 _REACHES: Final = 0.5 * np.interp(
     (np.arange(_BRISTLES) + 0.5) / _BRISTLES, 1.0 - (1.0 + _FINE) * np.exp(-_FINE), _FINE
 )
-"""Over the distance; gamma distributed: of very many, friction from rest grows exponentially."""
 
 
 class PreslidingHysteresis(Effect):

@@ -11,15 +11,20 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
-from edge_ident.model.effect import Array, Effect, Parameter, Values
+from edge_ident.model.effect import (
+    Advice,
+    Array,
+    Compensation,
+    Draws,
+    Effect,
+    Parameter,
+    Scale,
+    Values,
+)
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
-from edge_ident.model.strengths import Draws, Scale
 
-_BOARD: Final = 2.0
-"""Exponent of the board's law."""
+_BOARD: Final = 2.0  # exponent of the board's law
 
 
 class StribeckFriction(Effect):

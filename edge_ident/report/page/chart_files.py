@@ -7,8 +7,8 @@ from markupsafe import Markup
 
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.rendering import source
-from edge_ident.support.atomic_files import atomic_write
-from edge_ident.support.visible_text import visible
+from edge_ident.support.documents import atomic_write
+from edge_ident.support.words import visible
 
 _WIDTH: Final = 900
 _ABOVE, _BELOW, _LEFT, _RIGHT = 64, 44, 56, 16

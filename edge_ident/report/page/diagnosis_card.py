@@ -9,9 +9,9 @@ from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.estimation.tracking_check import off_reference
+from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
-from edge_ident.model.model_reading import unit_of
+from edge_ident.model.model_files import unit_of
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.loop_charts import loop_chart

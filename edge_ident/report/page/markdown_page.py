@@ -14,9 +14,8 @@ from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.chart_files import save_chart
 from edge_ident.report.page.diagnosis_card import diagnosis_card
-from edge_ident.support.json_text import NOT_TEXT
-from edge_ident.support.visible_text import on_a_line
-from edge_ident.support.words import listed, spoken
+from edge_ident.support.documents import NOT_TEXT
+from edge_ident.support.words import listed, on_a_line, spoken
 
 MARKDOWN_FILE: Final = "report.md"
 _SIGNS: Final = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from edge_ident.support.hashing import file_sha256
+from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION
 from edge_ident.support.words import listed
 

@@ -11,9 +11,8 @@ from typing import Any, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from edge_ident.support.atomic_files import atomic_write
-from edge_ident.support.json_text import NOT_TEXT
-from edge_ident.support.visible_text import visible
+from edge_ident.support.documents import NOT_TEXT, atomic_write
+from edge_ident.support.words import visible
 
 PAGE_FILE: Final = "report.html"
 _PACKAGE: Final = "edge_ident.report.page"

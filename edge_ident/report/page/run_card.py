@@ -6,10 +6,9 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import SHARE
-from edge_ident.commissioning.gains.verification import Tracking, error_fall
+from edge_ident.commissioning.promise import SHARE
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.verification import GainChange, Tracking, error_fall
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS

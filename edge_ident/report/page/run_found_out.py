@@ -1,6 +1,6 @@
 """How a run found out what is wrong, for its page: each motion, and what it ruled out."""
 
-from edge_ident.commissioning.study.separation import Separation
+from edge_ident.commissioning.separation import Separation
 from edge_ident.experiment.result import QUANTITIES
 from edge_ident.report.page.card import Row, Table
 from edge_ident.report.run_motions import kind, peaks, what_for, what_it_ruled_out, what_it_showed

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from edge_ident.commissioning.gains.files import BACKUP_FILE
+from edge_ident.commissioning.gain_transfer import BACKUP_FILE
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from markupsafe import Markup
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import WORTH, Promise, Promised
+from edge_ident.commissioning.promise import WORTH, Promise, Promised
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.verification import GainChange
 from edge_ident.report.page.card import IntervalPicture, IntervalRow, Row, Table
 from edge_ident.report.page.scale import Scale
 from edge_ident.report.page.wording import digits, minus

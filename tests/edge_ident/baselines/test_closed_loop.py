@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from edge_ident.baselines.closed_loop import Course, Response, simulate
+from edge_ident.baselines.problem import Course, Response, simulate
 from edge_ident.errors import DataError
 
 PERIOD_S = 0.0025

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from edge_ident.baselines import comparison
 from edge_ident.baselines.comparison import compare
-from edge_ident.baselines.methods import all_methods
+from edge_ident.baselines.methods import METHODS
 from edge_ident.baselines.problem import Problem
 from edge_ident.cli import app
 from edge_ident.model.model import Estimate
@@ -25,7 +25,7 @@ def test_emps_by_every_method(measured_data: MeasuredData) -> None:
     published = np.array([95.1089, 203.5034, 20.3935, -3.1648])
     axis = compare(load_recording(measured_data / "emps_train.csv"), None).axes["q"]
     rows = {row.method: row for row in axis.rows}
-    assert list(rows) == list(all_methods())
+    assert list(rows) == list(METHODS)
     tolerance = {name: 0.05 for name in rows} | {
         "least_squares": 0.01,
         "ordinary_least_squares": 0.01,
@@ -58,8 +58,8 @@ def test_one_methods_failure_costs_no_others_answer(monkeypatch: pytest.MonkeyPa
     def endless(problem: Problem) -> Estimate:
         return Estimate(np.full(4, np.nan), np.ones(4))
 
-    methods = {"broken": broken, "endless": endless, "sound": all_methods()["least_squares"]}
-    monkeypatch.setattr(comparison, "all_methods", lambda: methods)
+    methods = {"broken": broken, "endless": endless, "sound": METHODS["least_squares"]}
+    monkeypatch.setattr(comparison, "METHODS", methods)
     first, second, third = compare(record(), None).axes["x"].rows
     assert (first.estimate, first.reason) == (
         None,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.baselines.methods import all_methods
+from edge_ident.baselines.methods import METHODS
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError
 from edge_ident.estimation.network import load_network
@@ -14,7 +14,6 @@ from edge_ident.model.model import Estimate
 from edge_ident.signals import conditioning
 from tests.edge_ident.baselines.drives import TRUTH, paper_record, record
 
-METHODS = all_methods()
 EXACT = sorted(set(METHODS) - {"network", "random_search"})
 """Methods whose error vanishes with the noise."""
 
@@ -28,7 +27,7 @@ def coloured(rng: np.random.Generator, std: float, samples: int = 8742) -> np.nd
     return std * noise / np.std(noise)
 
 
-def test_all_methods_of_the_comparison_are_there() -> None:
+def test_methods_of_the_comparison_are_there() -> None:
     assert set(METHODS) == {
         "huber_regression",
         "instrumental_variables",

@@ -212,7 +212,7 @@ def test_a_backup_of_another_board_is_not_restored(shared: SharedBoard, tmp_path
 def test_a_fault_in_the_motion_after_a_restore_leaves_the_gains_of_before(
     shared: SharedBoard, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from edge_ident.commissioning.gains import change as gain_change
+    from edge_ident.commissioning import gain_change as gain_change
 
     def fault(*_: object) -> None:
         raise BoardError("an axis fell too far behind", "look at it")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.commissioning.link import link_checks
-from edge_ident.commissioning.motion.safety import make_ready
+from edge_ident.commissioning import doctor
+from edge_ident.commissioning.safety import make_ready
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError
 from firmware_interface.registers import Fault
@@ -76,7 +76,7 @@ def test_a_person_clears_it_and_is_told_what_it_was(shared: SharedBoard) -> None
 
 
 def test_doctor_names_it(shared: SharedBoard, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(link_checks, "_REQUESTS", 2)
+    monkeypatch.setattr(doctor, "_REQUESTS", 2)
     tap_stop(shared)
     code, checks, _ = shared.run("doctor")
     assert code == 1

@@ -14,7 +14,7 @@ from firmware_interface.errors import NoReplyError
 from firmware_interface.gains import AxisGains
 from firmware_interface.registers import Fault, State
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
-from firmware_interface.virtual.failures import ENDING, OF_AXIS, OF_BOARD, FailingBoard, Failure
+from firmware_interface.virtual.server import ENDING, OF_AXIS, OF_BOARD, FailingBoard, Failure
 from tests.edge_ident.shared_board import SharedBoard
 from tests.processes import running
 

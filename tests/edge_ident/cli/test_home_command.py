@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.commissioning.motion.homing import Homing, Way
+from edge_ident.commissioning.homing import Homing, Way
 from edge_ident.drive.description import load_drive
 from firmware_interface.registers import State
 from tests.edge_ident.shared_board import SharedBoard

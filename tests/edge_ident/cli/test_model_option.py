@@ -15,7 +15,7 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, SourceFil
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from edge_ident.simulation.flexible import reduced_model
+from edge_ident.simulation.simulate import reduced_model
 
 TRUTH = np.array([0.43, 0.9, 1.4, 0.1])
 BASE_TERM = Term(BASE, dict(zip(PARAMETERS, TRUTH.tolist(), strict=True)))

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.latency import measure
+from edge_ident.commissioning import latency
 from edge_ident.drive.description import Drive
 from edge_ident.errors import BoardError
 
@@ -16,7 +16,7 @@ from edge_ident.errors import BoardError
 def press(tmp_path: Path) -> Path:
     """A description of another drive, which says where its board is."""
     path = tmp_path / "press.toml"
-    built_in = Path(measure.__file__).parents[2] / "drive" / "feed_drive.toml"
+    built_in = Path(latency.__file__).parents[1] / "drive" / "feed_drive.toml"
     described = built_in.read_text().replace('name = "', 'name = "press of ', 1)
     path.write_text(f'{described}\n[board]\ndevice = "press"\nbaud_rate = 9600\n')
     return path
@@ -31,7 +31,7 @@ def profiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[Any,
         calls.append(given)
         raise BoardError("enough", "that was all")
 
-    monkeypatch.setattr(measure, "profile_device", profile_device)
+    monkeypatch.setattr(latency, "profile_device", profile_device)
     monkeypatch.setenv("EDGE_IDENT_CONFIG_FILE", str(tmp_path / "config.toml"))
     return calls
 

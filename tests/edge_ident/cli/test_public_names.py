@@ -13,14 +13,11 @@ PUBLIC = {
     "edge_ident.commissioning",
     "edge_ident.errors",
     "edge_ident.report",
-    "edge_ident.support.atomic_files",
+    "edge_ident.support.documents",
     "edge_ident.support.console",
     "edge_ident.support.interrupts",
-    "edge_ident.support.limits",
-    "edge_ident.support.memory",
+    "edge_ident.support.stopwatch",
     "edge_ident.support.streams",
-    "edge_ident.support.json_text",
-    "edge_ident.support.visible_text",
     "edge_ident.support.words",
 }
 

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.link.register_access import registers_named
+from edge_ident.commissioning.register_access import registers_named
 from firmware_interface.registers import REGISTERS, State
 from tests.edge_ident.shared_board import SharedBoard
 

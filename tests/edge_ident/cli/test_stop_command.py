@@ -17,10 +17,9 @@ import numpy as np
 import pytest
 
 from edge_ident import connect
-from edge_ident.commissioning.link import port_notes
-from edge_ident.commissioning.link.port_notes import Holder, holders_of, noted
-from edge_ident.commissioning.motion import stopping
-from edge_ident.commissioning.motion.stopping import stop_machine
+from edge_ident.commissioning import ports, safety
+from edge_ident.commissioning.ports import Holder, holders_of, noted
+from edge_ident.commissioning.safety import stop_machine
 from edge_ident.errors import BoardError, LinkError
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link
@@ -38,7 +37,7 @@ def folder_of_notes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Notes of this test alone; processes that it starts inherit it."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "notes"))
     of_user = tmp_path / "notes" / f"edge-ident-{os.getuid()}"
-    monkeypatch.setattr(port_notes, "_folders", lambda: [of_user])
+    monkeypatch.setattr(ports, "_folders", lambda: [of_user])
     return tmp_path / "notes"
 
 
@@ -97,7 +96,7 @@ def test_stop_switches_off_the_effort_that_a_vanished_host_left_on() -> None:
 
 
 OLDER: Final = """
-from firmware_interface.virtual.session import Session
+from firmware_interface.virtual.register_file import Session
 Session.stopped_by = lambda self, key: None
 """
 """A firmware that leaves a host its hold where another one stops the machine."""
@@ -141,7 +140,7 @@ def test_a_living_host_loses_the_board(enabled: bool) -> None:
 def test_a_living_host_that_keeps_an_older_board_is_an_error(
     enabled: bool, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(stopping, "_OTHER_HOST_S", 0.3)
+    monkeypatch.setattr(safety, "_OTHER_HOST_S", 0.3)
     with (
         served_board("tcp_port=0", before=OLDER) as device,
         living_host(device, enabled=enabled),
@@ -213,7 +212,7 @@ def test_a_port_in_use_is_said_with_the_process_that_has_it() -> None:
 def test_a_holder_that_does_not_end_is_said_with_the_wired_stop_as_next_step(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(stopping, "_END_S", 0.3)
+    monkeypatch.setattr(safety, "_END_S", 0.3)
     with served_board() as device, holding(device, "does not end") as process:
         with pytest.raises(LinkError, match=f"process {process.pid}, .* does not end") as caught:
             stop_machine(device, 115200, lambda message: None)

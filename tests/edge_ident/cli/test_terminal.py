@@ -17,7 +17,7 @@ import edge_ident
 from edge_ident.cli import app, progress
 from edge_ident.cli.messages import Verbosity, telling
 from edge_ident.cli.progress import Progress, ProgressLines, shown_progress
-from edge_ident.support.tables import FittingTable
+from edge_ident.support.console import FittingTable
 
 KERNELS = Path("/sys/kernel")
 """On Linux a folder of the kernel's own, in which not even root makes one."""

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from edge_ident.commissioning import gain_trial as gain_trial
 from edge_ident.commissioning import rounds
-from edge_ident.commissioning.gains import trial as gain_trial
-from edge_ident.commissioning.gains.promise import Expected, ExpectedErrors, Promised
+from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promised
 from edge_ident.control.gain_design import GainDesign
 from firmware_interface.gains import AxisGains
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.commissioning.study.board_answer import (
+from edge_ident.commissioning.board_answer import (
     LONGEST_WAIT_S,
     BoardAnswer,
     Verdict,
@@ -15,8 +15,8 @@ from edge_ident.commissioning.study.board_answer import (
     counts_of,
 )
 from edge_ident.errors import LinkError
-from edge_ident.estimation.board_network import BoardNetwork, why_not_on_a_board
 from edge_ident.estimation.network import load_network
+from edge_ident.estimation.network_estimate import BoardNetwork, why_not_on_a_board
 from edge_ident.identification.result import Identification
 from firmware_interface.board_identification import BoardAxis, BoardIdentification, network_code
 from firmware_interface.board_types import BoardIdentity

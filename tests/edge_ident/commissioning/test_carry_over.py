@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.commissioning.carry_over import contradictions
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.separation import contradictions
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording_files import load_recording

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from promised import design_always, promise_a_share
 
-from edge_ident.commissioning.gains import transfer as gain_transfer
+from edge_ident.commissioning import gain_transfer as gain_transfer
 from edge_ident.commissioning.run import Plan, commission
 from edge_ident.errors import BoardError, DataError, GainError
 from firmware_interface.board import Board

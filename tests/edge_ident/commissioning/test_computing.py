@@ -5,7 +5,12 @@ import threading
 
 import pytest
 
-from edge_ident.commissioning.study.computing import Budget, OutOfTimeError, Progress, computed
+from edge_ident.commissioning.identification_motions import (
+    Budget,
+    OutOfTimeError,
+    Progress,
+    computed,
+)
 
 
 def nothing(stage: str, done: int, total: int) -> None: ...

@@ -5,14 +5,14 @@ from collections.abc import Mapping
 
 import pytest
 
-from edge_ident.commissioning.data_sheet.described_drive import describe_drive, sampling_period_s
-from edge_ident.commissioning.data_sheet.entries import SHEET_ENTRIES
-from edge_ident.commissioning.data_sheet.sheet import (
+from edge_ident.commissioning.data_sheet import (
+    SHEET_ENTRIES,
     AxisSheet,
     fill_sheet,
     period_doubts,
     sheet_doubts,
 )
+from edge_ident.commissioning.described_drive import describe_drive, sampling_period_s
 from edge_ident.errors import DataError
 from firmware_interface.motion import stop_duration_s
 

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.link import doctor, link_checks
+from edge_ident.commissioning import doctor
 from firmware_interface.errors import NoReplyError
 from firmware_interface.registers import Fault
 from firmware_interface.virtual.board import VirtualBoard
@@ -25,7 +25,7 @@ PERIOD_S = 0.0025
 def test_a_clock_that_keeps_time_does_so_across_its_wrap_around(start: int) -> None:
     times = 10.0 + 0.01 * np.arange(200)
     samples = (start + np.floor((times - 10.0) / PERIOD_S)) % 2**32
-    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    clock, jitter = doctor.clock_checks(times, samples, PERIOD_S)
     assert clock.good, clock
     assert jitter.good, jitter
 
@@ -33,7 +33,7 @@ def test_a_clock_that_keeps_time_does_so_across_its_wrap_around(start: int) -> N
 def test_a_clock_a_tenth_of_a_percent_off_is_found() -> None:
     times = 0.01 * np.arange(400)
     samples = np.floor(times * 1.002 / PERIOD_S)
-    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    clock, jitter = doctor.clock_checks(times, samples, PERIOD_S)
     assert not clock.good
     assert float(clock.detail.split()[0]) == pytest.approx(1.002, abs=2e-4)
     assert clock.next_step
@@ -44,14 +44,14 @@ def test_one_request_that_comes_late_is_jitter_not_a_wrong_clock() -> None:
     times = 0.01 * np.arange(400)
     samples = np.floor(times / PERIOD_S)
     times[200] -= 0.1
-    clock, jitter = link_checks.clock_checks(times, samples, PERIOD_S)
+    clock, jitter = doctor.clock_checks(times, samples, PERIOD_S)
     assert clock.good
     assert not jitter.good
 
 
 @pytest.mark.parametrize(("duration_s", "good"), [(0.001, True), (0.016, False)])
 def test_round_trips_of_a_slow_adapter(duration_s: float, good: bool) -> None:
-    check = link_checks.round_trip_check(np.full(50, duration_s))
+    check = doctor.round_trip_check(np.full(50, duration_s))
     assert check.good is good
     assert "latency timer" in check.next_step
 
@@ -147,8 +147,8 @@ def test_a_port_without_permission(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(link_checks, "_REQUESTS", 10)
-    monkeypatch.setattr(link_checks, "_PAUSE_S", 0.0)
+    monkeypatch.setattr(doctor, "_REQUESTS", 10)
+    monkeypatch.setattr(doctor, "_PAUSE_S", 0.0)
 
 
 @pytest.mark.usefixtures("quick")
@@ -208,7 +208,7 @@ class FailingLine(VirtualBoard):
 def test_a_line_that_fails_is_no_wrong_register_map(
     monkeypatch: pytest.MonkeyPatch, answers: int, bad: str
 ) -> None:
-    monkeypatch.setattr(link_checks, "open_link", lambda *_, **__: FailingLine(answers))
-    found = link_checks.check_link("a line", 115200, lambda done, of: None)
+    monkeypatch.setattr(doctor, "open_link", lambda *_, **__: FailingLine(answers))
+    found = doctor.check_link("a line", 115200, lambda done, of: None)
     assert [check.what for check in found if not check.good] == [bad]
     assert ("register map" in {check.what for check in found if check.good}) is (answers > 0)

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.gains.drawn_loads import (
+from edge_ident.commissioning.drawn_loads import (
     DRAWS,
     Grounds,
+    RecordedMotion,
     drawn_axis,
     drawn_loads,
     drawn_unexplained,
     encoder_replicas,
     from_then_on,
 )
-from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import Estimate, Model, Term, base_axis

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from edge_ident.commissioning.gains.files import back_up, keep_backup, load_gains
+from edge_ident.commissioning.gain_transfer import back_up, keep_backup, load_gains
 from edge_ident.errors import DataError
 from firmware_interface.board import Board
 from firmware_interface.gains import CONSERVATIVE_GAINS

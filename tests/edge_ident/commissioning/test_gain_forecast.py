@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from edge_ident.commissioning.gains.forecast import Forecaster, check_stable
-from edge_ident.commissioning.motion.capture import capture_motion
+from edge_ident.commissioning.capture import capture_motion
+from edge_ident.commissioning.promise import Forecaster, check_stable
 from edge_ident.commissioning.run import board_designs
 from edge_ident.drive.description import load_drive
 from edge_ident.errors import DataError, GainError, ModelError

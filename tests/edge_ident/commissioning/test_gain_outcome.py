@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Tracking, Verification, error_fall
+from edge_ident.commissioning.verification import GainChange, Tracking, Verification, error_fall
 
 FINE = Tracking(1e-3, 0.3e-3, 0.05e-3, 0.02e-3)
 GREW = 1.05e-3

@@ -12,10 +12,9 @@ import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
 
-from edge_ident.commissioning.latency import cold, measure
-from edge_ident.commissioning.latency.measure import MOST_MOTIONS, measured_ways
-from edge_ident.commissioning.latency.result import ProfileRun
-from edge_ident.commissioning.motion.capture import Capture, capture_motion
+from edge_ident.commissioning import cold_latency, latency
+from edge_ident.commissioning.capture import Capture, capture_motion
+from edge_ident.commissioning.latency import MOST_MOTIONS, ProfileRun, measured_ways
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError, DataError
 from edge_ident.estimation.network import load_network
@@ -33,7 +32,7 @@ STAGED = 35.0
 
 def test_the_cause_of_a_cold_process_that_fails_is_said(tmp_path: Path) -> None:
     with pytest.raises(BoardError) as caught:
-        measure._cold("virtual", None, tmp_path / "no.npz", load_network(), 1, Silent())
+        latency._cold("virtual", None, tmp_path / "no.npz", load_network(), 1, Silent())
     assert "no.npz" in caught.value.cause
 
 
@@ -67,7 +66,7 @@ def test_a_cold_process_has_time_to_leave_the_board_as_it_was(
     began = tmp_path / "began"
     (tmp_path / "slow_to_end.py").write_text(SLOW_TO_END)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(cold, "_MODULE", "slow_to_end")
+    monkeypatch.setattr(cold_latency, "_MODULE", "slow_to_end")
 
     class Interrupted(subprocess.Popen[str]):
         """Is interrupted while the process is at its work."""
@@ -82,7 +81,7 @@ def test_a_cold_process_has_time_to_leave_the_board_as_it_was(
 
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     with pytest.raises(KeyboardInterrupt) as caught:
-        cold.cold_ms("there", 115200, began, "fp32")
+        cold_latency.cold_ms("there", 115200, began, "fp32")
     assert caught.value.__notes__ == ["all is tidy"]
 
 
@@ -96,14 +95,14 @@ def test_an_interrupted_cold_process_leaves_what_was_staged(
 ) -> None:
     virtual, file = VirtualBoard(), tmp_path / "capture.npz"
     board = Board.connect(virtual)
-    measure._record(board, brief_drive(), file, Silent())
+    latency._record(board, brief_drive(), file, Silent())
     stage(board)
     board.release()
     link = InterruptedLink(virtual, "asking for the window", KeyboardInterrupt)
     link.starts = 1
-    monkeypatch.setattr(cold, "open_link", lambda *_, **__: link)
+    monkeypatch.setattr(cold_latency, "open_link", lambda *_, **__: link)
     with pytest.raises(KeyboardInterrupt):
-        cold._measure("there", "115200", str(file), "fp32", "0")
+        cold_latency._measure("there", "115200", str(file), "fp32", "0")
     assert link.struck
     assert_old_gains(virtual)
     board = Board.connect(virtual)
@@ -117,7 +116,7 @@ def test_what_was_staged_is_staged_again() -> None:
     stage(board)
     measured_ways(board, load_drive(), recording, network, 1, Silent())
     assert board.staged_gains()["x"].proportional == STAGED
-    measure._warm(board, recording, network, 1, Silent())
+    latency._warm(board, recording, network, 1, Silent())
     assert board.staged_gains()["x"].proportional == STAGED
     assert_old_gains(virtual)
 
@@ -153,16 +152,16 @@ def test_fewer_motions_than_repetitions_are_said(
         return {"at_rest": [200.0] * repetitions, "running": [50.0] * repetitions}
 
     run = ProfileRun("warm", "fp32", "image", {"total": [1.0]})
-    monkeypatch.setattr(measure, "_board_process", lambda device: nullcontext("there"))
-    monkeypatch.setattr(measure, "_connected", lambda *_: nullcontext(None))
-    monkeypatch.setattr(measure, "noted", lambda url: nullcontext())
-    monkeypatch.setattr(measure, "_record", lambda *_: (1.0, 1.0))
-    monkeypatch.setattr(measure, "load_recording", lambda file: None)
-    monkeypatch.setattr(measure, "measured_ways", measured)
-    monkeypatch.setattr(measure, "_warm", lambda *_: run)
-    monkeypatch.setattr(measure, "_cold", lambda *_: run)
+    monkeypatch.setattr(latency, "_board_process", lambda device: nullcontext("there"))
+    monkeypatch.setattr(latency, "_connected", lambda *_: nullcontext(None))
+    monkeypatch.setattr(latency, "noted", lambda url: nullcontext())
+    monkeypatch.setattr(latency, "_record", lambda *_: (1.0, 1.0))
+    monkeypatch.setattr(latency, "load_recording", lambda file: None)
+    monkeypatch.setattr(latency, "measured_ways", measured)
+    monkeypatch.setattr(latency, "_warm", lambda *_: run)
+    monkeypatch.setattr(latency, "_cold", lambda *_: run)
     observer = Listening()
-    profile = measure.profile_device(None, None, load_drive(), wanted, observer)
+    profile = latency.profile_device(None, None, load_drive(), wanted, observer)
     assert asked == [made]
     assert f"p50 of {made}" in profile.ways
     assert any(f"{made} repetitions" in said for said in observer.said) == (made < wanted)
@@ -173,7 +172,7 @@ def test_the_axes_move_as_the_drive_that_is_given_does(
 ) -> None:
     board, drive, moved = Board.connect(VirtualBoard()), small_drive(), list[Trajectory]()
     file = tmp_path / "capture.npz"
-    measure._record(board, drive, file, Silent())
+    latency._record(board, drive, file, Silent())
     for name, axis in load_recording(file).axes.items():
         assert axis.reference is not None
         amplitude_rad = drive.axes[name].amplitude_rad
@@ -183,7 +182,7 @@ def test_the_axes_move_as_the_drive_that_is_given_does(
         moved.append(motion)
         return capture_motion(board, motion, *given, **more)
 
-    monkeypatch.setattr(measure, "capture_motion", captured)
+    monkeypatch.setattr(latency, "capture_motion", captured)
     measured_ways(board, drive, simulate(), load_network(), 1, Silent())
     assert [motion.axes for motion in moved] == 2 * [drive.trajectory().axes]
 
@@ -192,7 +191,7 @@ def test_nothing_moves_where_board_and_drive_description_differ(tmp_path: Path) 
     virtual = VirtualBoard()
     board, drive = Board.connect(virtual), replace(small_drive(), sampling_period_s=0.001)
     with pytest.raises(DataError, match="sampling period"):
-        measure._record(board, drive, tmp_path / "capture.npz", Silent())
+        latency._record(board, drive, tmp_path / "capture.npz", Silent())
     with pytest.raises(DataError, match="sampling period"):
         measured_ways(board, drive, simulate(), load_network(), 1, Silent())
     assert not board.status().pages_written
@@ -203,6 +202,6 @@ def test_a_measurement_that_fails_names_no_file_that_goes_with_it(tmp_path: Path
     link = InterruptedLink(VirtualBoard(), "identification capture", KeyboardInterrupt)
     observer = Listening()
     with pytest.raises(KeyboardInterrupt):
-        measure._record(Board.connect(link), small_drive(), tmp_path / "capture.npz", observer)
+        latency._record(Board.connect(link), small_drive(), tmp_path / "capture.npz", observer)
     assert not any("saved" in said for said in observer.said)
     assert not [*tmp_path.iterdir()]

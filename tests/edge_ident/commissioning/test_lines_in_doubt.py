@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from edge_ident.commissioning.study.livelier_motion import lines_in_doubt
+from edge_ident.commissioning.further_motions import lines_in_doubt
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.result import AxisDiagnosis, OutsideVibration
 from edge_ident.diagnosis.verdict import Verdict

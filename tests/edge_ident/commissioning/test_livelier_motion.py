@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from edge_ident.commissioning import separation
+from edge_ident.commissioning.further_motions import livelier_motion
+from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.study import separation
-from edge_ident.commissioning.study.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.study.livelier_motion import livelier_motion
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory

@@ -5,8 +5,8 @@ import pytest
 import scipy.stats
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.gains import verification
-from edge_ident.commissioning.gains.verification import changed_share
+from edge_ident.commissioning import verification
+from edge_ident.commissioning.verification import changed_share
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord
 

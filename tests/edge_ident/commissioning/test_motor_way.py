@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.gains.drawn_loads import Grounds
-from edge_ident.commissioning.gains.tracking_forecast import drawn_errors, of_motor, unseen_load
-from edge_ident.commissioning.gains.verification import compare_motions
-from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
+from edge_ident.commissioning.drawn_loads import Grounds, RecordedMotion
+from edge_ident.commissioning.tracking_forecast import drawn_errors, of_motor, unseen_load
+from edge_ident.commissioning.verification import compare_motions
 from edge_ident.control.gain_design import GainDesign
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import Estimate, Model, base_axis

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.commissioning.link import ports
+from edge_ident.commissioning import ports
 from tests.boards import served_board
 
 

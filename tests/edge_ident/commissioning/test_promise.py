@@ -8,24 +8,23 @@ import pytest
 from interrupted_link import InterruptedLink, Killed
 from promised import design_always, promise_a_share
 
-from edge_ident.commissioning.gains import trial as gain_trial
-from edge_ident.commissioning.gains.drawn_loads import DRAWS, Grounds
-from edge_ident.commissioning.gains.promise import (
+from edge_ident.commissioning import gain_trial as gain_trial
+from edge_ident.commissioning import safety
+from edge_ident.commissioning.drawn_loads import DRAWS, Grounds, RecordedMotion
+from edge_ident.commissioning.further_motions import (
+    NamedMotion,
+    inside_window,
+    second_motion,
+    within_limits,
+)
+from edge_ident.commissioning.promise import (
     Errors,
     Expected,
     ExpectedErrors,
     Promise,
     Promised,
 )
-from edge_ident.commissioning.gains.promise import promised as forecast
-from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.recorded_motion import RecordedMotion
-from edge_ident.commissioning.motion.second_motion import (
-    NamedMotion,
-    inside_window,
-    second_motion,
-    within_limits,
-)
+from edge_ident.commissioning.promise import promised as forecast
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import load_drive
@@ -44,9 +43,8 @@ from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.link import Link
 from firmware_interface.motion import reference
 from firmware_interface.registers import State
-from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.clock import RequestClock
-from firmware_interface.virtual.oscillation import OscillationWatch
+from firmware_interface.virtual.board import RequestClock, VirtualBoard
+from firmware_interface.virtual.drive import OscillationWatch
 from firmware_interface.virtual.settings import BoardSettings
 from tests.short_runs import Silent, brief_drive
 

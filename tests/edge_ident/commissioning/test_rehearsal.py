@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.run import Plan, commission
-from edge_ident.commissioning.study import identification_motions
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import DataError

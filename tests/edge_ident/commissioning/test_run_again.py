@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from interrupted_link import PHASES, InterruptedLink, Killed
 
-from edge_ident.commissioning.gains import verification
-from edge_ident.commissioning.gains.verification import compare_motions
-from edge_ident.commissioning.motion import safety
-from edge_ident.commissioning.motion.approach import with_lead_in
+from edge_ident.commissioning import safety, verification
+from edge_ident.commissioning.capture import with_lead_in
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.verification import compare_motions
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
-from firmware_interface import board_hold, board_session, capture_pages
+from firmware_interface import board_session, capture_pages
 from firmware_interface.board import Board
 from firmware_interface.errors import BusyError
 from firmware_interface.gains import CONSERVATIVE_GAINS, Bank
@@ -58,7 +57,7 @@ def run(
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask the board as fast as it answers: its time goes by requests."""
-    for asking in (board_hold, board_session, capture_pages):
+    for asking in (board_session, capture_pages):
         monkeypatch.setattr(asking, "POLL_S", 0.0)
     monkeypatch.setattr(safety, "_STOP_S", 0.0)
     monkeypatch.setattr(safety, "_LEAVE_S", 0.2)
@@ -271,7 +270,7 @@ def test_from_anywhere_within_the_travel_the_default_motions_are_armed(
 
 def at(virtual: VirtualBoard, position_rad: float) -> Board:
     """A board whose axes stand at a position."""
-    from edge_ident.commissioning.motion.homing import move_to
+    from edge_ident.commissioning.homing import move_to
 
     board = Board.connect(virtual)
     if position_rad:

@@ -7,17 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from edge_ident.commissioning.gains.files import load_gains
+from edge_ident.commissioning.gain_transfer import load_gains
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.report.promise_report import commit_document
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank
 from firmware_interface.registers import AXES, Result, State
 from firmware_interface.virtual.board import VirtualBoard
-from firmware_interface.virtual.controller import Setpoint
+from firmware_interface.virtual.controller import Setpoint, Transfer
 from firmware_interface.virtual.drive import Drive
 from firmware_interface.virtual.settings import DEFAULT_LIMITS, BoardSettings
-from firmware_interface.virtual.transfer import Transfer
 from tests.short_runs import Listening, brief_drive
 
 STOP = "gains are committed at rest"

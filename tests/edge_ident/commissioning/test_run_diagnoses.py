@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edge_ident.commissioning.answer import Ending
-from edge_ident.commissioning.motion.capture import Capture
-from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.study import identification_motions
+from edge_ident.commissioning import identification_motions
+from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.run import Ending, Outcome, Plan, commission
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.result import ParameterSource
 from firmware_interface.board import Board

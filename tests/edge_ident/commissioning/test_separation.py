@@ -11,8 +11,8 @@ import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
 
+from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.commissioning.study import identification_motions
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import Drive

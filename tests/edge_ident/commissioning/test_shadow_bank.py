@@ -7,8 +7,8 @@ import pytest
 from interrupted_link import InterruptedLink, Killed
 from old_gains import assert_old_gains
 
-from edge_ident.commissioning.gains.transfer import confirm_window_s, staged_kept, staged_whole
-from edge_ident.commissioning.motion.safety import left_safe
+from edge_ident.commissioning.gain_transfer import confirm_window_s, staged_kept, staged_whole
+from edge_ident.commissioning.safety import left_safe
 from edge_ident.errors import BoardError
 from firmware_interface import board_session
 from firmware_interface.board import Board

@@ -4,8 +4,7 @@ import math
 
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, SupportedRange, Term
 
 PERIOD_S, DELAY_S = 0.0025, 0.0005
 LATE_S = DELAY_S + 0.5 * PERIOD_S

@@ -12,8 +12,7 @@ from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
-from firmware_interface.control_law import deadband_nm, exact_effort_nm, feedforward_nm
-from firmware_interface.law_memory import Memory
+from firmware_interface.control_law import Memory, deadband_nm, exact_effort_nm, feedforward_nm
 from firmware_interface.motion import Reference
 from tests.edge_ident.control.cured import (
     BACKLASH,

@@ -7,13 +7,12 @@ import pytest
 
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, SupportedRange, Term
 from firmware_interface.motion import Multisine, SineComponent
 from firmware_interface.plant import COUNT_RAD, SAMPLE_S, Effect
+from firmware_interface.plant.drives import multisine
 from firmware_interface.plant.effect import Scales
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
-from firmware_interface.plant.motions import multisine
 from firmware_interface.plant.plant import DELAY
 from tools.cure_machines import EFFORT_LIMIT_NM, Machine
 

@@ -11,10 +11,9 @@ from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.flexible import DELAY_SHARE
-from edge_ident.simulation.loop import Sampling, simulate
+from edge_ident.simulation.loop import Sampling, closed_loop, recorded_references
 from edge_ident.simulation.machine import Machine
-from edge_ident.simulation.references import recorded_references
+from edge_ident.simulation.simulate import DELAY_SHARE
 from firmware_interface.gains import AxisGains
 
 PERIOD_S = 0.0025
@@ -57,7 +56,7 @@ def tracking_variances(plants: dict[str, AxisModel], gains: dict[str, AxisGains]
     machine = Machine(plants, start, top_speed, PERIOD_S, HARDWARE.control_delay_s)
     counts = np.ones((2, len(plants))) * [[COUNT_RAD], [0.004]]
     laws = {name: [of_axis] for name, of_axis in gains.items()}
-    found = simulate(machine, references, laws, Sampling(*counts, 0.0), seed=0)
+    found = closed_loop(machine, references, laws, Sampling(*counts, 0.0), seed=0)
     miss = found.true_position[:, 0] - references.recorded
     return dict(zip(plants, np.mean(miss**2, axis=-1), strict=True))
 

@@ -18,8 +18,8 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import ModelError
 from edge_ident.model.model import Model
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.references import recorded_references
-from edge_ident.simulation.scenario import Scenario, record
+from edge_ident.simulation.loop import recorded_references
+from edge_ident.simulation.simulate import Scenario, record
 
 Array = NDArray[np.float64]
 

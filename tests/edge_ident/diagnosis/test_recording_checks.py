@@ -16,7 +16,7 @@ from edge_ident.diagnosis.recording_checks import (
 )
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.signals.motion_lines import Line, driven, motion_lines, strongest_line
+from edge_ident.signals.filters import Line, driven, motion_lines, strongest_line
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
 from firmware_interface.plant import (

@@ -6,8 +6,8 @@ import pytest
 from edge_ident.estimation.image import align
 from edge_ident.model.model import regressor
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.dct import subsample
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.metrics import subsample
+from edge_ident.signals.time_stamps import EvenGrid
 
 PERIOD_S, SAMPLES = 0.0025, 8742
 RATE = 2 * np.pi / (SAMPLES * PERIOD_S)

@@ -10,8 +10,8 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.references import recorded_references
-from edge_ident.simulation.scenario import Scenario, record
+from edge_ident.simulation.loop import recorded_references
+from edge_ident.simulation.simulate import Scenario, record
 
 TRUTH = np.array([0.43, 0.9, 1.4, 0.1])
 BASE_TERM = Term(BASE, dict(zip(PARAMETERS, TRUTH.tolist(), strict=True)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from edge_ident.estimation.covariance import coloured_std
+from edge_ident.estimation.least_squares import coloured_std
 
 TRUTH = np.array([0.4, 0.9, 1.4, 0.05])
 

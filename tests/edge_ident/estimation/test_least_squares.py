@@ -11,7 +11,7 @@ from edge_ident.model import model
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 from tests.measured import MeasuredData
 
 PERIOD_S = 0.0025

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.least_squares import Columns
-from edge_ident.estimation.model_error import (
+from edge_ident.estimation.effort_checks import (
     SMALLEST_EXCESS,
     RegimeSpread,
     regime_spread,
     unnoticed_error,
 )
+from edge_ident.estimation.least_squares import Columns
 
 TIME = 0.01 * np.arange(2000)
 POSITION = np.sin(1.7 * TIME) + 0.4 * np.sin(4.3 * TIME + 1.0)

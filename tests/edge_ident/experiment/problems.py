@@ -7,9 +7,8 @@ import numpy as np
 
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.drive.description import Drive, load_drive
-from edge_ident.experiment.axis_case import AxisCase, axis_case
-from edge_ident.experiment.limits import Allowed, Use
-from edge_ident.experiment.loops import Loops
+from edge_ident.experiment.design import AxisCase, axis_case
+from edge_ident.experiment.limits import Allowed, Loops, Use
 from edge_ident.model.effects import named
 from edge_ident.model.model import Term
 from edge_ident.signals.recording import Recording

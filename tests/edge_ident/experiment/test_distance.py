@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from edge_ident.experiment.columns import base_columns, key, term_columns
-from edge_ident.experiment.distance import DECIDED, distance, error_probability
-from edge_ident.experiment.rivals import Pair, Why
+from edge_ident.experiment.compared import base_columns, key, term_columns
+from edge_ident.experiment.rivals import DECIDED, Pair, Why, distance, error_probability
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
 from tests.edge_ident.experiment.problems import case_of, rival_pair, term

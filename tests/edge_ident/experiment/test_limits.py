@@ -6,15 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.experiment.limits import MARGIN, Allowed, Load, Use
-from edge_ident.experiment.loops import Loops
+from edge_ident.experiment.limits import MARGIN, Allowed, Load, Loops, Use
 from edge_ident.experiment.plan import plan_motion
-from edge_ident.experiment.shapes import SineShape, StairShape, scaled
+from edge_ident.experiment.search import SineShape, StairShape, scaled
+from firmware_interface.control_law import NOTHING
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
-from firmware_interface.law_memory import NOTHING
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
+from firmware_interface.virtual.setpoints import TrajectoryCheck
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
-from firmware_interface.virtual.trajectory_check import TrajectoryCheck
 from tests.edge_ident.experiment.problems import one_axis, rival_pair
 from tests.planned import followed, hidden, random_limits
 from tests.repetitions import a_few

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.result import AxisDiagnosis, NotTestable
-from edge_ident.experiment.columns import base_columns, term_effort
-from edge_ident.experiment.compared import Compared
+from edge_ident.experiment.compared import Compared, base_columns, term_effort
 from edge_ident.experiment.rivals import Rivals, Typical, Why, rivals
 from edge_ident.model.model import AxisModel
 from edge_ident.signals.metrics import rms

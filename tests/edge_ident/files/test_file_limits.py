@@ -31,16 +31,13 @@ from edge_ident.cli import app
 from edge_ident.drive.description import BUILT_IN as DESCRIPTION
 from edge_ident.errors import DataError, ModelError
 from edge_ident.estimation.manifest import BUILT_IN, load_manifest
-from edge_ident.files.dialect import BLANKS, Dialect, split
-from edge_ident.files.headings import joint_names, split_heading, split_unknown
-from edge_ident.files.layout import stated_period
-from edge_ident.files.ros import joined_stamps
-from edge_ident.files.table import Column, Table
+from edge_ident.files.dialect import BLANKS, Dialect, split, stated_period
+from edge_ident.files.reading import joined_stamps
+from edge_ident.files.table import Column, Table, joint_names, split_heading, split_unknown
 from edge_ident.files.units import stated_unit
-from edge_ident.signals.column_roles import role_of
-from edge_ident.signals.column_units import unit_may_be_name
 from edge_ident.signals.contract_columns import parse_name
-from edge_ident.support import limits
+from edge_ident.signals.read_columns import role_of, unit_may_be_name
+from edge_ident.support import documents
 from tests.edge_ident.files.test_bags import write as write_bag
 from tests.edge_ident.files.test_formats import FORMATS, Format
 
@@ -85,7 +82,7 @@ def wide_texts_npz(path: Path) -> None:
 
 def many_members_npz(path: Path) -> None:
     with zipfile.ZipFile(path, "w") as archive:
-        for k in range(limits.MOST_COLUMNS + 1):
+        for k in range(documents.MOST_COLUMNS + 1):
             archive.writestr(f"{k}.npy", npy_stating("(0,)"))
 
 
@@ -196,11 +193,11 @@ def parquet_of_one_value(path: Path) -> None:
 
 def wide_parquet(path: Path) -> None:
     column = pa.array([1.0, 2.0, 3.0])
-    pq.write_table(pa.table({str(k): column for k in range(limits.MOST_COLUMNS + 1)}), path)
+    pq.write_table(pa.table({str(k): column for k in range(documents.MOST_COLUMNS + 1)}), path)
 
 
 def wide_text(path: Path) -> None:
-    names = [f"c{k}" for k in range(limits.MOST_COLUMNS + 1)]
+    names = [f"c{k}" for k in range(documents.MOST_COLUMNS + 1)]
     row = ",".join("1" for _ in names)
     path.write_text("\n".join([",".join(names), row, row]))
 
@@ -210,7 +207,7 @@ def long_heading(path: Path) -> None:
 
 
 def long_line(path: Path) -> None:
-    path.write_text(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n{(limits.MOST_IN_LINE + 1) * '1'}\n")
+    path.write_text(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n{(documents.MOST_IN_LINE + 1) * '1'}\n")
 
 
 BOMBS: dict[str, tuple[str, Callable[[Path], None], str]] = {
@@ -298,7 +295,7 @@ def test_text_is_unpacked_as_far_as_a_recording_goes(
 
 
 def test_blank_rows_are_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limits, "MOST_NUMBERS", 3000)
+    monkeypatch.setattr(documents, "MOST_NUMBERS", 3000)
     path = tmp_path / "blank.csv"
     path.write_text(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n" + 1500 * "\n")
     with pytest.raises(DataError, match="it has 4,509 numbers, and at most 3,000 are read"):
@@ -311,7 +308,7 @@ def test_a_chunk_of_a_bag_is_unpacked_as_far_as_a_recording_goes(
 ) -> None:
     from rosbags.rosbag1 import Writer
 
-    monkeypatch.setattr("edge_ident.files.bag_sizes.MOST_BYTES", 20_000)
+    monkeypatch.setattr("edge_ident.files.bags.MOST_BYTES", 20_000)
     monkeypatch.setattr("tests.edge_ident.files.test_bags.Writer1", _packing(Writer, kind))
     path = write_bag(tmp_path, ".bag", {"/joint_states": ["pan", "tilt"]})
     with pytest.raises(DataError, match="bytes unpacked, and at most 20,000 are read"):
@@ -340,13 +337,13 @@ def test_unpackers_of_chunks_are_the_packages_own_again(tmp_path: Path) -> None:
 def test_a_long_description_of_a_bag_is_not_read(tmp_path: Path) -> None:
     path = write_bag(tmp_path, ".db3", {"/joint_states": ["pan"]})
     with (path.parent / "metadata.yaml").open("a") as file:
-        file.write(limits.MOST_DESCRIPTION_BYTES * "#")
+        file.write(documents.MOST_DESCRIPTION_BYTES * "#")
     with pytest.raises(DataError, match=r"bytes in metadata.yaml, and at most 262,144 are read"):
         edge_ident.load_recording(path.parent)
 
 
 def test_folders_in_folders_end(tmp_path: Path) -> None:
-    deep = tmp_path.joinpath(*limits.DEEPEST * ["d"])
+    deep = tmp_path.joinpath(*documents.DEEPEST * ["d"])
     deep.mkdir(parents=True)
     (deep / "a.csv").write_text("1,2\n")
     done = CliRunner().invoke(app, ["survey", str(tmp_path)])
@@ -395,7 +392,7 @@ def test_a_description_is_read_as_far_as_it_may_be_one(
         (5000 * "9", "it has 5,000 digits in an integer, and at most 1,000 are read"),
         (60 * "[" + 60 * "]", "nested too deeply: at most 50 levels are read"),
         (100_000 * "[", "nested"),
-        (f'"{limits.MOST_DOCUMENT_BYTES * "a"}"', "at most 4,194,304 are read"),
+        (f'"{documents.MOST_DOCUMENT_BYTES * "a"}"', "at most 4,194,304 are read"),
         ("{" + "".join(f'"{k}":0,' for k in range(100_000)) + '"1":1}', "'1' twice in one place"),
     ],
     ids=["digits", "deep", "deeper", "long", "twice"],

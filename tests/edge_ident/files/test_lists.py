@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import edge_ident
 from edge_ident.errors import DataError
-from edge_ident.support import limits
+from edge_ident.support import documents
 from tests.edge_ident.signals.test_column_proposals import GOOD, accepted
 
 Array = NDArray[np.float64]
@@ -75,8 +75,8 @@ def test_lists_have_the_limit_of_numbers(tmp_path: Path, monkeypatch: pytest.Mon
     path = tmp_path / "a.parquet"
     wide = pa.array([[0.0] * 50] * 400, type=pa.list_(pa.float64(), 50))
     pq.write_table(pa.table({"a": wide, "b": np.arange(400.0)}), path)
-    monkeypatch.setattr(limits, "MOST_NUMBERS", 3000)
-    monkeypatch.setattr("edge_ident.files.frames.MOST_NUMBERS", 3000)
+    monkeypatch.setattr(documents, "MOST_NUMBERS", 3000)
+    monkeypatch.setattr("edge_ident.files.reading.MOST_NUMBERS", 3000)
     with pytest.raises(DataError, match="it has 20,000 numbers, and at most 3,000 are read"):
         edge_ident.inspect_recording(path)
 

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import DECIMALS, DELIMITERS
-from edge_ident.files.headings import split_heading
 from edge_ident.files.reading import read_table
-from edge_ident.files.table import Table
+from edge_ident.files.table import Table, split_heading
 from edge_ident.files.text import read_text
 from edge_ident.files.units import count_unit, known_unit, stated_unit
 from tests.repetitions import examples

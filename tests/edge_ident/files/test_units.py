@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from edge_ident.files.headings import split_heading, split_unknown
+from edge_ident.files.table import split_heading, split_unknown
 from edge_ident.files.units import known_unit
 
 POUND_N = 4.4482216152605

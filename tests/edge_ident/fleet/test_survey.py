@@ -14,8 +14,7 @@ from edge_ident.files.reading import ENDINGS
 from edge_ident.fleet import workers
 from edge_ident.fleet.folder import Found, find_recordings
 from edge_ident.fleet.survey import FOLDER
-from edge_ident.fleet.tasks import Task
-from edge_ident.fleet.workers import run_processes
+from edge_ident.fleet.workers import Task, run_processes
 
 
 def test_every_file_has_its_row_and_the_bad_one_says_why(

@@ -9,7 +9,7 @@ from edge_ident.fleet.analysis import Options, analyse_recording
 from edge_ident.fleet.between_units import FALSE_ALARM
 from edge_ident.fleet.result import Comparison, SurveyedRecording
 from edge_ident.fleet.survey import compare_units
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.signals.recording import Recording
 from firmware_interface.plant import multisine, paper
 from tests.fleets import fleet_drives, fleet_recordings, recordings_of_each

@@ -13,11 +13,10 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.identification.answer import describe_model, said_once
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification, ParameterSource
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.report.documents import identification_document
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.flexible import reduced_model
-from edge_ident.simulation.simulate import simulate
+from edge_ident.simulation.simulate import reduced_model, simulate
 from tests.edge_ident.diagnosis.hand_made import RIPPLE, ripple
 from tests.edge_ident.diagnosis.hand_made import axis as by_hand
 from tests.edge_ident.stand_ins import START, StandIn, reader

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import ModelError
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.model import (
     BASE,
@@ -21,7 +22,6 @@ from edge_ident.model.model import (
     base_axis,
 )
 from edge_ident.model.model_files import load_model, save_model, sourced_model
-from edge_ident.model.strengths import scale_of
 
 
 def base(*values: float) -> Term:

@@ -2,8 +2,8 @@
 
 import pytest
 
+from edge_ident.model.inverse import left_by_terms, made_physical
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.physical_sums import left_by_terms, made_physical
 
 
 def axis(inertia: float, coulomb: float, *effects: Term) -> AxisModel:

@@ -5,9 +5,8 @@ import pytest
 
 from edge_ident.errors import ModelError
 from edge_ident.model.inverse import inverse_effort
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term, acting, sources, turned
 from edge_ident.model.motion import Motion
-from edge_ident.model.sources import acting, sources, turned
 from edge_ident.simulation.machine import Parts
 
 TIME_S = np.linspace(0.0, 4.0, 401)

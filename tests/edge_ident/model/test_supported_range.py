@@ -11,13 +11,11 @@ from typer.testing import CliRunner
 
 from edge_ident.cli import app
 from edge_ident.errors import ModelError
-from edge_ident.model.model import Model, Term
-from edge_ident.model.model_files import load_model, model_document, save_model
-from edge_ident.model.model_reading import model_of
-from edge_ident.model.supported_range import SupportedRange
+from edge_ident.model.model import Model, SupportedRange, Term
+from edge_ident.model.model_files import load_model, model_document, model_of, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from edge_ident.simulation.flexible import reduced_model
+from edge_ident.simulation.simulate import reduced_model
 from tests.repetitions import a_few
 
 WIDE = SupportedRange((-10.0, 10.0), (-20.0, 20.0), (-50.0, 50.0), (-30.0, 30.0))

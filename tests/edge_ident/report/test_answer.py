@@ -8,9 +8,8 @@ import pytest
 from rich.console import Console, RenderableType
 
 import edge_ident
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.diagnosis.result import OutsideVibration
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding

@@ -10,10 +10,8 @@ import pytest
 from rich.console import Console
 
 import edge_ident
-from edge_ident.commissioning.answer import Ending
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Tracking, Verification
-from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.run import Ending, Outcome
+from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.report import outcome_view

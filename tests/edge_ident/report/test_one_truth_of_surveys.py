@@ -25,7 +25,7 @@ from edge_ident.report.survey_tables import (
     with_std,
     write_survey_tables,
 )
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.support.words import spoken
 from tests.edge_ident.report.page.pages import Element, read
 from tests.edge_ident.report.page.test_survey_page import survey

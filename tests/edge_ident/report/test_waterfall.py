@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from edge_ident.commissioning.latency.result import Profile, ProfileRun
+from edge_ident.commissioning.latency import Profile, ProfileRun
 from edge_ident.report.waterfall import bar_texts, bars, save_waterfall
 
 STAGES = {"signals": [4.0, 4.0, 8.0], "network": [2.0, 2.0, 2.0], "gains": [6.0, 6.0, 12.0]}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from edge_ident.signals.column_roles import axis_names, role_of
+from edge_ident.signals.read_columns import axis_names, role_of
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals import conditioning, encoder, standstill
+from edge_ident.signals import conditioning
 from edge_ident.signals.filters import differentiate
-from edge_ident.signals.resampling import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid
 
 PERIOD_S = 0.0025
 COUNT_RAD = 2 * np.pi / 8400
@@ -73,14 +73,14 @@ def stick_slip() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def test_a_standstill_is_found_and_a_quick_reversal_is_not() -> None:
     stuck, where, free = stick_slip()
-    moving = ~standstill.standing(stuck, encoder.position_noise(stuck), 3.0, PERIOD_S)
+    moving = ~conditioning.standing(stuck, conditioning.position_noise(stuck), 3.0, PERIOD_S)
     assert not moving[where].any()
     margin = int(1.5 / 3.0 / PERIOD_S) + 60
     assert moving[: where[0] - margin].all()
     assert moving[where[-1] + margin :].all()
     counted = COUNT_RAD * np.round(free / COUNT_RAD)
-    noise = encoder.position_noise(counted)
-    assert not standstill.standing(counted, noise, 3.0, PERIOD_S).any()
+    noise = conditioning.position_noise(counted)
+    assert not conditioning.standing(counted, noise, 3.0, PERIOD_S).any()
 
 
 def test_bridging_keeps_effort_and_regressor_in_proportion() -> None:
@@ -120,10 +120,10 @@ def test_stamps_slightly_off_the_grid_are_corrected_for() -> None:
 def test_the_slowest_step_of_a_motion_that_never_returns_is_no_count() -> None:
     time = 0.002 * np.arange(3000)
     turning = 6.0 * time + 0.02 * np.sin(9.0 * time)
-    assert encoder.encoder_count(turning) == 0.0
-    assert encoder.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
+    assert conditioning.encoder_count(turning) == 0.0
+    assert conditioning.encoder_count(1e-3 * np.round(turning / 1e-3)) == pytest.approx(0.0, abs=0)
     coarse = 0.02 * np.round(turning / 0.02)
-    assert encoder.encoder_count(coarse) == pytest.approx(0.02)
+    assert conditioning.encoder_count(coarse) == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize("width", [1, 2, 7, 16, 400])
@@ -136,5 +136,5 @@ def test_an_axis_stands_where_the_range_of_a_window_is_small(width: int) -> None
     wanted = np.zeros(len(position), dtype=np.bool_)
     for first in still:
         wanted[max(0, first - margin) : first + width + margin] = True
-    found = standstill.standing(position, 1.0, 1.0 / (width * PERIOD_S), PERIOD_S)
+    found = conditioning.standing(position, 1.0, 1.0 / (width * PERIOD_S), PERIOD_S)
     np.testing.assert_array_equal(found, wanted)

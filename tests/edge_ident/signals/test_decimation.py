@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals import decimation
+from edge_ident.signals import filters
 from edge_ident.signals.filters import differentiate, lowpass
 
 STRIDE = 7
@@ -17,22 +17,22 @@ def tone(per_rate: float, samples: int = 200_000) -> np.ndarray:
 @pytest.mark.parametrize("per_rate", [0.001, 0.1, 0.34])
 def test_the_pass_band_is_kept_without_delay(per_rate: float) -> None:
     signal = tone(per_rate)
-    kept, _ = decimation.decimate(signal, signal, STRIDE)
-    expected = signal[decimation.kept(len(signal), STRIDE)]
+    kept, _ = filters.decimate(signal, signal, STRIDE)
+    expected = signal[filters.kept(len(signal), STRIDE)]
     np.testing.assert_allclose(kept, expected, atol=3e-5)
 
 
 @pytest.mark.parametrize("per_rate", [0.52, 0.9, 3.2])
 def test_nothing_is_aliased(per_rate: float) -> None:
-    kept, other = decimation.decimate(tone(per_rate), tone(0.1), STRIDE)
+    kept, other = filters.decimate(tone(per_rate), tone(0.1), STRIDE)
     assert np.max(np.abs(kept)) < 3e-5
     assert np.max(np.abs(other)) > 0.9
 
 
 def test_marks_are_kept_with_the_sample_before() -> None:
     mask = np.zeros(1000, dtype=bool)
-    mask[decimation.kept(len(mask), STRIDE).start + STRIDE + 2] = True
-    found = decimation.any_of(mask, STRIDE)
+    mask[filters.kept(len(mask), STRIDE).start + STRIDE + 2] = True
+    found = filters.any_of(mask, STRIDE)
     assert np.flatnonzero(found).tolist() == [1]
 
 

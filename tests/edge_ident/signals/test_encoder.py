@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals.encoder import encoder_count, position_noise
+from edge_ident.signals.conditioning import encoder_count, position_noise
 
 
 def sampled(rate_hz: float, noise: float, sampling_hz: float = 50.0) -> np.ndarray:

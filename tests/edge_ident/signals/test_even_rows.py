@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.signals.even_rows import with_even_rows
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.time_stamps import with_even_rows
 
 PERIOD_S = 0.01
 COUNT_RAD = 2e-5

@@ -5,7 +5,7 @@ import pytest
 import scipy.signal
 
 from edge_ident.signals import filters
-from edge_ident.signals.decimation import LONG
+from edge_ident.signals.filters import LONG
 from edge_ident.signals.metrics import rms
 
 PERIOD_S = 0.0025

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 import edge_ident
-from edge_ident.signals.integrated_speed import with_integrated_speed
+from edge_ident.signals.made_columns import with_integrated_speed
 from tests.edge_ident.signals.test_effort_encoding import EFFORT, POSITION, TIME_S, TRUE, VELOCITY
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.signals.lost_rows import with_lost_rows
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.time_stamps import with_lost_rows
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import DataError
-from edge_ident.signals.read_options import ReadOptions
+from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.signals.recording_files import load_recording, save_recording
 from tests.measured import MeasuredData
 

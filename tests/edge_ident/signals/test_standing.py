@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.signals.standstill import at_rest, bridge, widened
+from edge_ident.signals.conditioning import at_rest, bridge, widened
 
 
 @pytest.mark.parametrize("by", [1, 4, 31, 300])

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.timing import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.timing import Shift, slow, smallest_at, solve_shift
 

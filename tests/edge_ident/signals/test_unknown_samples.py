@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from edge_ident.signals.conditioning import condition
-from edge_ident.signals.resampling import EvenGrid
-from edge_ident.signals.unknown_samples import clipped, stale
+from edge_ident.signals.time_stamps import EvenGrid, clipped, stale
 
 PERIOD_S = 0.001
 

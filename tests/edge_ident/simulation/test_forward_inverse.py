@@ -9,15 +9,14 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, AxisModel, Term
 from edge_ident.model.motion import Motion
-from edge_ident.model.strengths import scale_of
 from edge_ident.signals.filters import lowpass
-from edge_ident.simulation.loop import Sampling, Simulation, simulate
+from edge_ident.simulation.loop import References, Sampling, Simulation, closed_loop
 from edge_ident.simulation.machine import Machine
-from edge_ident.simulation.references import References
 from firmware_interface.gains import AxisGains
 
 PERIOD_S = 0.002
@@ -88,7 +87,7 @@ def simulated(*effects: str) -> tuple[AxisModel, Simulation]:
     motion = references()
     machine = Machine(axes, motion.position[:, :1], np.full(2, 3.0), PERIOD_S, 0.0)
     exact = Sampling(np.zeros(2), np.zeros(2))
-    return axes["x"], simulate(machine, motion, {name: [GAINS] for name in axes}, exact)
+    return axes["x"], closed_loop(machine, motion, {name: [GAINS] for name in axes}, exact)
 
 
 def between_samples(simulation: Simulation) -> list[Motion]:

@@ -6,10 +6,8 @@ import pytest
 from edge_ident.errors import DataError
 from edge_ident.model.model import BASE, AxisModel, Term
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.flexible import reduced_model
-from edge_ident.simulation.loop import Controllers, Counting
-from edge_ident.simulation.references import named_references, recorded_references
-from edge_ident.simulation.scenario import Scenario, simulate_drives, soft_gains
+from edge_ident.simulation.loop import Controllers, Counting, named_references, recorded_references
+from edge_ident.simulation.simulate import Scenario, reduced_model, simulate_drives, soft_gains
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.virtual.controller import AxisController, Setpoint
 

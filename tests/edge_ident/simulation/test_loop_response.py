@@ -10,10 +10,9 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.model.model import Estimate, Term, base_axis
-from edge_ident.simulation.loop import Sampling, simulate
+from edge_ident.simulation.loop import References, Sampling, closed_loop
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from edge_ident.simulation.machine import Machine
-from edge_ident.simulation.references import References
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Reference, reference
 
@@ -56,7 +55,7 @@ def test_an_axis_with_dry_friction_that_turns_and_sticks(gains: AxisGains) -> No
     references = References(time_s, *(row[None] for row in rows))
     plant = Machine({"x": AXIS}, np.zeros((1, 1)), np.array([2.0]), period_s, 0.0005)
     sampling = Sampling(np.zeros(1), np.zeros(1))
-    found = simulate(plant, references, {"x": [gains]}, sampling)
+    found = closed_loop(plant, references, {"x": [gains]}, sampling)
     stepped = references.recorded[0] - found.true_position[0, 0]
     nothing = np.zeros((1, len(time_s)))
     loads = Loads(BASE[None], nothing, np.array([1e-6]), nothing)
@@ -106,7 +105,7 @@ def test_effort_beyond_the_limit_is_lacking_and_winds_the_loop_up() -> None:
     references = References(time_s, *(row[None] for row in rows))
     weak = replace(AXIS, terms=(*AXIS.terms, Term("actuator_saturation", {"limit": limit_nm})))
     plant = Machine({"x": weak}, np.zeros((1, 1)), np.array([2.0]), 0.0025, 0.0005)
-    found = simulate(plant, references, {"x": [DESIGNED]}, Sampling(np.zeros(1), np.zeros(1)))
+    found = closed_loop(plant, references, {"x": [DESIGNED]}, Sampling(np.zeros(1), np.zeros(1)))
     stepped = references.recorded[0] - found.true_position[0, 0]
     nothing = np.zeros((1, len(time_s)))
     loads = Loads(BASE[None], nothing, np.array([1e-6]), nothing)

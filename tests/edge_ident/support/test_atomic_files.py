@@ -8,8 +8,7 @@ import pytest
 
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
-from edge_ident.support.atomic_files import atomic_write
-from edge_ident.support.json_text import write_json
+from edge_ident.support.documents import atomic_write, write_json
 
 
 def recording(samples: int) -> Recording:

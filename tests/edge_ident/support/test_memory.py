@@ -8,7 +8,7 @@ import pytest
 
 _FREED = """
 import pathlib
-from edge_ident.support.memory import give_back
+from edge_ident.support.stopwatch import give_back
 
 def resident():
     return int(pathlib.Path("/proc/self/statm").read_text().split()[1])
@@ -22,7 +22,7 @@ print(resident() / before)
 
 _KEPT = """
 import resource
-from edge_ident.support.memory import keep
+from edge_ident.support.stopwatch import keep
 
 def pages(times):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt

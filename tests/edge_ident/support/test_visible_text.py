@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from rich.text import Text
 
 from edge_ident.support import streams
-from edge_ident.support.console import VisibleConsole
-from edge_ident.support.json_text import to_json
-from edge_ident.support.tables import FittingTable
-from edge_ident.support.visible_text import brief, on_a_line, visible
+from edge_ident.support.console import FittingTable, VisibleConsole
+from edge_ident.support.documents import to_json
+from edge_ident.support.words import brief, on_a_line, visible
 
 ACTING = {
     "a title of the window": "\x1b]0;owned\x07",

@@ -8,8 +8,7 @@ from edge_ident.diagnosis.prepare.timing import whole_shift
 from edge_ident.drive.motions import MotionName
 from edge_ident.model.effects.torque_ripple import EFFECT as RIPPLE
 from edge_ident.model.model import AxisModel, Term
-from edge_ident.simulation.flexible import reduced_model
-from edge_ident.simulation.simulate import simulate
+from edge_ident.simulation.simulate import reduced_model, simulate
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     PERIOD_S,
     TEMPLATE,

@@ -11,7 +11,7 @@ from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.present.wording import verdict_sentence
 from edge_ident.diagnosis.result import Refused
 from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.support.json_text import to_json
+from edge_ident.support.documents import to_json
 from tests.edge_ident.diagnosis import hand_made
 
 

@@ -14,8 +14,8 @@ from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import Selected
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.model.search import Form
-from edge_ident.model.timing import LARGEST_SHIFT
 from edge_ident.signals.metrics import rms
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     PERIOD_S,

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from edge_ident.errors import ModelError
+from edge_ident.model.effect import scale_of
 from edge_ident.model.effects import catalogue, named, random_term
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.model_reading import unit_of
+from edge_ident.model.model_files import unit_of
 from edge_ident.model.motion import Motion
-from edge_ident.model.strengths import scale_of
 from firmware_interface.plant import EFFECTS
 
 DRIVES = 60

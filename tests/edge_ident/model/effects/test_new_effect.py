@@ -18,20 +18,19 @@ from edge_ident.identification.identify import identify
 from edge_ident.model import effects
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
-from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, SupportedRange, Term
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.model.motion import Motion
 from edge_ident.model.search import Form
-from edge_ident.model.supported_range import SupportedRange
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.references import recorded_references
-from edge_ident.simulation.scenario import Scenario, record
+from edge_ident.simulation.loop import recorded_references
+from edge_ident.simulation.simulate import Scenario, record
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.motion import Reference
 from firmware_interface.plant import Drives, Electronics, draw, draw_drives, multisine, simulate
-from firmware_interface.plant.catalogue import names_of
 from firmware_interface.plant.effect import Effect as PlantEffect
 from firmware_interface.plant.effect import Scales, State
+from firmware_interface.plant.hiding import names_of
 from tests.edge_ident.diagnosis.select.test_search_parts import recorded, rigid, swing
 from tools import effect_pages
 
@@ -44,8 +43,8 @@ Source: Smythe, Trans. AIEE 61 (1942) 681.
 
 import numpy as np
 
-from edge_ident.model.advice import Advice
-from edge_ident.model.compensation import Compensation
+from edge_ident.model.effect import Advice
+from edge_ident.model.effect import Compensation
 from edge_ident.model.effect import Effect, Parameter
 from edge_ident.model.search import Form, SearchSpec
 

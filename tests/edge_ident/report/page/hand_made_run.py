@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import edge_ident
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.verification import Tracking, Verification
-from edge_ident.commissioning.motion.capture import Capture
+from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
 from edge_ident.commissioning.rounds import VERIFICATION_FILE
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.study.identification_motions import CAPTURE_FILE, IdentificationMotion
-from edge_ident.commissioning.study.separation import Separation
+from edge_ident.commissioning.separation import Separation
+from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.drive.description import load_drive
 from edge_ident.report.run_documents import run_document
 from edge_ident.signals.recording import Recording

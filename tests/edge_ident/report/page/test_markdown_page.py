@@ -9,7 +9,7 @@ import pytest
 
 from edge_ident.diagnosis.result import NotTestable
 from edge_ident.report.page.markdown_page import write_markdown
-from edge_ident.support.visible_text import visible
+from edge_ident.support.words import visible
 from tests.edge_ident.diagnosis import hand_made
 
 

@@ -7,16 +7,15 @@ from typing import Any
 
 import pytest
 
-from edge_ident.commissioning.gains.outcome import GainChange
-from edge_ident.commissioning.gains.promise import (
+from edge_ident.commissioning.promise import (
     Errors,
     Expected,
     ExpectedErrors,
     Promise,
     Promised,
 )
-from edge_ident.commissioning.gains.verification import Tracking, Verification
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.control.compensation import Unused, Used
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding

@@ -1,1 +1,0 @@
-"""From what data sheets say of an axis to a drive description."""

@@ -1,1 +1,0 @@
-"""The life of gains: forecast, written, tried on two motions, kept or rolled back."""

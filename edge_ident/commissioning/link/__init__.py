@@ -1,1 +1,0 @@
-"""The way to a board: ports and devices, checks of host and link, single registers."""

@@ -1,1 +1,0 @@
-"""Motions on a board: made ready, moved, recorded, stopped."""

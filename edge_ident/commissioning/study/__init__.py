@@ -1,1 +1,0 @@
-"""The identification motions of a run, until one explanation is left."""
