@@ -105,7 +105,6 @@ REFUSED = {
         "the effort is 1.5 N*m in every sample",
     ),
     "spike": (effort_of(spike), "effort, row 2002: a spike of 60"),
-    "wrapped angle": (wrapped(), "unwrap the position"),
     "swapped columns": (swapped(), "position and effort are swapped"),
     "milliseconds": (milliseconds(), "if it is in milliseconds, say so: --unit time_s=ms"),
 }
@@ -193,3 +192,12 @@ def test_thirty_hertz_of_a_slow_arm_are_enough(tmp_path: Path) -> None:
     assert code in (DONE, UNTRUSTED), messages
     friction = document["axes"]["x"]["parameters"]["coulomb_friction"]
     assert friction["value"] == pytest.approx(0.6, rel=0.05)
+
+
+def test_a_wrapped_angle_goes_on(tmp_path: Path) -> None:
+    code, document, messages = run("identify", wrapped().write(tmp_path / "wrapped.csv"))
+    assert code == 0
+    assert "starts again after 6.28319 rad" in messages
+    _, whole, _ = run("identify", sound().write(tmp_path / "whole.csv"))
+    found, true = (one["axes"]["x"]["parameters"]["inertia"] for one in (document, whole))
+    assert found["value"] == pytest.approx(true["value"], rel=1e-3)

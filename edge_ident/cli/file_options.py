@@ -98,8 +98,8 @@ class FileOptions:
             "--effort-encoding",
             metavar="ENCODING",
             help="How the file codes the sign of the effort: uint16 (two's complement that was "
-            "read as unsigned; also uint8, uint32, uint64) or sign-magnitude (the highest "
-            "bit is the sign).",
+            "read as unsigned; also uint8, uint32, uint64) sign-magnitude (the highest "
+            "bit is the sign), or opposite (it counts against the position).",
         ),
     ] = None
     effort_shift: Annotated[
@@ -107,8 +107,8 @@ class FileOptions:
         typer.Option(
             "--effort-shift",
             metavar="SECONDS",
-            help="When the effort of a row acted, relative to its position, in s; -0.1 where "
-            "the effort column is 0.1 s late.",
+            help="When the effort of a row acted, relative to its position, in s: 0.1 where a "
+            "row has the effort of 0.1 s after its position.",
         ),
     ] = 0.0
     axis: Annotated[

@@ -119,7 +119,7 @@ def _wrong_sign(columns: Columns, effort: Array) -> list[Finding]:
             "effort_sign",
             f"inertia ({inertia:.3g}) and friction (viscous {viscous:.3g}, Coulomb {coulomb:.3g}) "
             "are all negative: the effort has the wrong sign against the position",
-            "multiply the effort column, or the position column, by -1",
+            "multiply the effort by -1: edge-ident identify FILE --effort-encoding opposite",
             blocks=True,
             contradicts=True,
         )

@@ -57,6 +57,13 @@ _BOMS: Final = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
+_TWO_BYTES: Final = ("cp932", "gb18030")
+_CONTROLS: Final = re.compile(rb"[\x81\x83\x84\x86-\x90\x98\x9a-\x9f]")
+"""Bytes without a sign in Latin-1, but for quotes and dashes that Windows puts there."""
+_WORDS_BEYOND: Final = re.compile(rb"[\xa1-\xff]{3,}")
+"""Words without a letter of ASCII."""
+_WORD_OF_TWO: Final = re.compile("[\u3040-\u30ff\u4e00-\u9fff]{2}")
+"""Two characters of Chinese or Japanese, one after the other."""
 _NAMES: Final = {
     "utf-8-sig": "UTF-8 with BOM",
     "utf-8": "UTF-8",
@@ -64,6 +71,9 @@ _NAMES: Final = {
     "utf-16-le": "UTF-16",
     "utf-16-be": "UTF-16",
     "latin-1": "Latin-1",
+    "cp932": "Shift JIS",
+    "gb18030": "GB 18030",
+    "cp1251": "Windows-1251",
 }
 
 
@@ -199,8 +209,27 @@ def _encoding(path: Path, head: bytes) -> str:
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:
-        return "latin-1"
+        return _of_bytes(head)
     return "utf-8"
+
+
+def _of_bytes(head: bytes) -> str:
+    """The encoding of text that is no UTF-8: Latin-1, unless its words are others.
+
+    Letters of two bytes put control characters, or signs within words, where Latin-1 has letters;
+    in Latin-1, three letters with an accent never follow each other, as Cyrillic ones do.
+    """
+    words = _WORDS_BEYOND.findall(head)
+    if _CONTROLS.search(head) or any(re.search(rb"[\xa1-\xbf]", word) for word in words):
+        for encoding in _TWO_BYTES:
+            try:
+                text = codecs.getincrementaldecoder(encoding)().decode(head)
+            except UnicodeDecodeError:
+                continue
+            if _WORD_OF_TWO.search(text):
+                return encoding
+        return "latin-1"
+    return "cp1251" if words else "latin-1"
 
 
 def find_dialect(

@@ -33,8 +33,8 @@ _KILOGRAM_N: Final = 9.80665
 _POUND_N: Final = 0.45359237 * _KILOGRAM_N
 _SPELLED: Final = {
     "s": {
-        1.0: "s sec sek second seconds Sekunden",
-        1e-3: "ms msec millisecond milliseconds",
+        1.0: "s sec sek second seconds Sekunden с сек",
+        1e-3: "ms msec millisecond milliseconds мс",
         1e-6: "us µs μs usec microseconds",
         1e-9: "ns nsec nanosecond nanoseconds",
         60.0: "min",
@@ -45,7 +45,8 @@ _SPELLED: Final = {
         1.0: "rad radian radians",
         1e-3: "mrad",
         1e-6: "urad µrad",
-        pi / 180.0: "deg ° degree degrees Grad",
+        pi / 180.0: "deg ° degree degrees Grad gradi grados degrés град",
+        pi / 180e3: "mdeg",
     }
     | {_TURN: "turn turns rev revs revolution revolutions U Umdr"}
     | {pi / 648000.0: "arcsec", pi / 10800.0: "arcmin", pi / 200.0: "gon gradian"},
@@ -55,7 +56,7 @@ _SPELLED: Final = {
     "N": {1.0: "N newton newtons", 1e3: "kN", 1e-3: "mN", 10.0: "daN"}
     | {_POUND_N: "lbf lb lbs pound pounds", _POUND_N / 16.0: "ozf oz", _KILOGRAM_N: "kgf"},
     "N*m": {
-        1.0: "Nm N*m N·m N.m N-m newton*meter newton*meters",
+        1.0: "Nm N*m N·m N.m N-m newton*meter newton*meters Нм Н*м Н·м",
         1e-3: "mNm mN*m mN·m Nmm N*mm N·mm",
         1e-2: "Ncm N*cm N·cm",
         1e3: "kNm kN*m kN·m",
@@ -73,7 +74,10 @@ _SPELLED: Final = {
         1e-6: "µm/s um/s",
     },
     "rad/s": {1.0: "rad/s", pi / 180.0: "deg/s °/s", 1e-3: "mrad/s"}
-    | {_TURN / 60.0: "rpm 1/min U/min min-1 rev/min", _TURN: "rev/s turn/s turns/s 1/s U/s"},
+    | {
+        _TURN / 60.0: "rpm 1/min U/min min-1 rev/min r/min tr/min giri/min об/мин",
+        _TURN: "rev/s turn/s turns/s 1/s U/s",
+    },
 }
 _UNITS: Final = {
     spelling: Unit(base, factor)

@@ -471,6 +471,9 @@ def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
     The one that blocks has the numbers of the answer, and is kept.
     """
     kept: dict[tuple[str, str], Finding] = {}
+    if any(finding.code == "effort_sign" for finding in findings):
+        # what is negative then follows from the sign, and is no law of its own
+        findings = [finding for finding in findings if not finding.code.startswith("negative_")]
     for finding in findings:
         numbers_differ = finding.code.startswith(("negative_", "effort_", OFF))
         same = (finding.code, "" if numbers_differ else finding.message)

@@ -231,7 +231,8 @@ def _contract_name(column: Column) -> str | None:
         quantity = column.name.rpartition("_")[2]
         ends = QUANTITIES.get(quantity, ("",))
         fits = quantity in EFFORTS if unit.base == "%" else quantity in ("position", "reference")
-        return f"{column.name}_{ends[0]}" if fits else None
+        whole = f"{column.name}_{ends[0]}"
+        return whole if fits and parse_name(whole) else None  # a mere `torque` names no axis
     return contract_name(column.name, unit.base)
 
 

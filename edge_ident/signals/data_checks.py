@@ -279,7 +279,7 @@ def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -
         raise DataError(
             f"{where}, row {row}: jumps by {distances[jumps[0]]:.4g} in one sample "
             f"({usual:.2g} is usual)",
-            "check for lost counts or a counter that wraps; unwrap the position, or cut the file",
+            "check encoder and cable for lost counts; cut the file there",
         )
 
 

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _BITS: Final = (8, 12, 16, 24, 32)  # of the words that drives send
 _SIGN_MAGNITUDE: Final = "sign-magnitude"
+OPPOSITE: Final = "opposite"
+"""It counts against the position."""
 _ROUNDING: Final = 1e-9  # rounding of a number that a file states, as a share of it
 _SAME: Final = 1e-12  # the same of a number in memory: a step of a 32-bit word is larger
 _DECIMALS: Final = 10  # decimals of a file that are looked at
@@ -57,18 +59,21 @@ def find_encoding(effort: Array) -> str | None:
 
 
 def decode(effort: Array, encoding: str) -> Array:
-    """An effort (N,) with its sign; one that has negative values is returned as it is.
+    """An effort (N,) with its sign; one that has negative values is returned as it is, but for an
+    opposite sign.
 
     Raises
     ------
     DataError
         There is no such encoding.
     """
-    if encoding not in ENCODINGS:
+    if encoding not in (*ENCODINGS, OPPOSITE):
         raise DataError(
             f"--effort-encoding {encoding}: there is no such encoding",
-            f"give one of {', '.join(ENCODINGS)}",
+            f"give one of {', '.join((*ENCODINGS, OPPOSITE))}",
         )
+    if encoding == OPPOSITE:
+        return -effort
     known = ~np.isnan(effort)
     if not np.any(known) or np.min(effort, where=known, initial=np.inf) < 0.0:
         return effort

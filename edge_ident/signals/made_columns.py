@@ -1,5 +1,6 @@
 """Columns that a file does not hold as a recording needs them: on one clock, with a position."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.files.table import Column, Series, Table, merged, without_repetition
 from edge_ident.files.units import known_unit
-from edge_ident.signals.conditioning import condition, unit_length
+from edge_ident.signals.conditioning import condition, encoder_count, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import quantile
@@ -306,3 +307,66 @@ def _integral(time_s: Array, speed: Array) -> Array:
     """From zero, by the trapezoidal rule."""
     steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time_s)
     return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+# A position that starts again after a turn, or where its counter is full.
+
+# Share of the samples in which a position may start again: an axis goes on in between.
+_MOST_TURNS: Final = 0.05
+# Of all values' extent, up to which the other steps are short beside a turn.
+_SHORT_STEP: Final = 0.2
+# Of how closely a turn is seen, from which the smallest step is a count, and not what is printed.
+_COUNT: Final = 0.1
+
+
+def unwrapped(position: Array, unit: str) -> tuple[Array, float, int]:
+    """A position (N,) in rad or m that starts again after a turn, or where its counter is full, as
+    if it went on.
+
+    The steps at which it starts again are all of one size, beside what the axis goes meanwhile,
+    and no value lies farther from another than that. Lost counts and spikes are not so.
+
+    Returns
+    -------
+    position : (N,) array
+        The same array where it never starts again.
+    turn : float
+        After which it does; 0 where it never does.
+    count : int
+        How often.
+    """
+    if len(position) < 3:
+        return position, 0.0, 0
+    steps, extent = np.diff(position), float(np.ptp(position))
+    far = np.flatnonzero(np.abs(steps) > 0.5 * extent)
+    if not len(far) or len(far) > _MOST_TURNS * len(steps) or np.any(np.diff(far) == 1):
+        return position, 0.0, 0
+    others = np.delete(steps, far)
+    usual = float(np.max(np.abs(others), initial=0.0))
+    beside = [np.clip(far + side, 0, len(steps) - 1) for side in (-1, 1)]
+    going = np.mean([np.where(np.isin(at, far), 0.0, steps[at]) for at in beside], axis=0)
+    sizes = np.abs(steps[far] - going)
+    turn = float(np.median(sizes))
+    off = float(np.max(np.abs(sizes - turn)))
+    if (
+        usual > _SHORT_STEP * extent
+        or off > usual
+        or not turn - 2.0 * usual <= extent <= turn + off
+    ):
+        return position, 0.0, 0
+    within = max(off, float(np.quantile(np.abs(np.diff(others)), 0.99)))
+    turn = _whole_turn(turn, within, encoder_count(position), unit)
+    turns = np.zeros(len(position))
+    turns[far + 1] = -np.sign(steps[far])
+    return position + turn * np.cumsum(turns), turn, len(far)
+
+
+def _whole_turn(turn: float, within: float, count: float, unit: str) -> float:
+    """What a turn is that is known to a distance: whole turns, a power of two of counts, counts."""
+    whole = 2.0 * math.pi * max(1, round(turn / (2.0 * math.pi)))
+    if unit == "rad" and abs(whole - turn) <= within + count:
+        return whole
+    if count <= _COUNT * within:
+        return turn
+    full = count * 2.0 ** round(math.log2(turn / count))
+    return full if abs(full - turn) <= within + count else count * round(turn / count)

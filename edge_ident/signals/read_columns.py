@@ -2,6 +2,7 @@
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
@@ -43,7 +44,8 @@ class ReadOptions:
         Of a bag, the topic to read; not needed where one alone has efforts.
     effort_encoding : str or None
         How the effort's numbers hold their sign (`edge_ident.signals.effort_encoding`): `uint16`
-        for two's complement that was read without a sign, or `sign-magnitude`.
+        for two's complement that was read without a sign, `sign-magnitude`, or `opposite` where
+        it counts against the position.
     effort_shift_s : float
         Time from a row's position to when its effort acted.
     axes : sequence of str
@@ -77,25 +79,33 @@ class ReadOptions:
                 check_type(getattr(self, name), Real, f"give a number for {name}")
 
 
-# What a heading says of its column: which quantity, of which axis. English and German words.
+# What a heading says of its column: which quantity, of which axis. Words are English and German, with
+# those of programs in French, Italian, Spanish, Russian, Chinese and Japanese. Accents do not count.
 
-_TOKEN: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZÄÖÜ]?[a-zäöüß]+|[A-ZÄÖÜ]+|\d+")
+_TOKEN: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[^\W\d_a-zA-Z]+")
+# Of a command; joined to the quantity, as `soll` is in German.
+_COMMANDED: Final = ("指令", "目标", "目標", "给定")
 # Beginnings and ends of words. Of two quantities in one heading, the first here counts: a `current
 # position` is a position.
 _STEMS: Final = {
     "other": ("error", "fehler", "abweichung", "schlepp", "following", "accel", "beschleun",
               "jerk", "ruck", "status", "counter", "index"),
-    "position": ("position", "lage", "winkel", "angle", "encoder", "geber"),
-    "velocity": ("veloc", "speed", "geschwindigkeit", "drehzahl"),
-    "temperature": ("temperatur",),
-    "torque": ("torque", "moment"),
-    "force": ("force", "kraft"),
-    "current": ("strom", "current"),
-    "voltage": ("voltage", "spannung"),
+    "position": ("position", "lage", "winkel", "angle", "encoder", "geber", "posic", "posiz",
+                 "angol", "angul", "положение", "угол", "位置", "角度"),
+    "velocity": ("veloc", "speed", "geschwindigkeit", "drehzahl", "vitesse", "скорость", "速度",
+                 "转速", "回転数"),
+    "temperature": ("temperatur", "температура", "温度"),
+    "torque": ("torque", "moment", "coppia", "момент", "转矩", "扭矩", "力矩", "トルク"),
+    "force": ("force", "kraft", "fuerza", "forza", "сила", "推力"),
+    "current": ("strom", "current", "courant", "corrient", "corrent", "电流", "電流"),
+    "voltage": ("voltage", "spannung", "напряжение", "电压", "電圧"),
     "effort": ("effort",),
-    "time": ("time", "zeit"),
-    "reference": ("reference", "command", "target", "demand", "setpoint", "soll"),
+    "time": ("time", "zeit", "temps", "tempo", "tiempo", "время", "时间", "時間", "時刻"),
+    "reference": ("reference", "command", "target", "demand", "setpoint", "soll", "consign",
+                  "riferiment", "referenc", "задание", *_COMMANDED),
 }  # fmt: skip
+# Whole words alone.
+_WHOLE: Final = {"couple": "torque", "par": "torque"}
 # Whole words; with a letter before or after it, as in `xpos`, that names the axis.
 _SHORT: Final = {
     "other": ("err", "lag", "acc", "seq"),
@@ -156,6 +166,7 @@ class Role:
 
 def role_of(name: str) -> Role:
     """Read the name of a column, without its unit."""
+    name = _plain(name)
     found: set[str] = set()
     axis: list[str] = []
     for prefix, of_joint in _OF_DATA_SET.items():
@@ -165,8 +176,8 @@ def role_of(name: str) -> Role:
     for token in (match.lower() for match in _TOKEN.findall(name)):
         quantity, rest = _quantity(token)
         found |= {quantity} if quantity else set()
-        found |= {"reference"} if "soll" in token else set()
-        if rest and rest not in _FILLERS:
+        found |= {"reference"} if any(word in token for word in ("soll", *_COMMANDED)) else set()
+        if rest and rest not in _FILLERS and rest.isascii():
             axis.append(rest)
     quantities = [quantity for quantity in _STEMS if quantity in found and quantity != "reference"]
     quantity = quantities[0] if quantities else ""
@@ -180,12 +191,20 @@ def role_of(name: str) -> Role:
 
 def is_time(name: str, unit: str | None) -> bool:
     """Whether a name is that of a time: also `time_position`, where its unit in SI is s."""
-    found = {_quantity(match.lower())[0] for match in _TOKEN.findall(name)}
+    found = {_quantity(match.lower())[0] for match in _TOKEN.findall(_plain(name))}
     return role_of(name).quantity == "time" or (unit == "s" and "time" in found)
+
+
+def _plain(name: str) -> str:
+    """A name without accents: `Größe` as `Grosse`, `durée` as `duree`."""
+    parts = unicodedata.normalize("NFKD", name.replace("ß", "ss"))
+    return unicodedata.normalize("NFC", re.sub("[\u0300-\u036f]", "", parts))
 
 
 def _quantity(token: str) -> tuple[str, str]:
     """The quantity that a word names, and what of the word names an axis."""
+    if token in _WHOLE:
+        return _WHOLE[token], ""
     for quantity, stems in _STEMS.items():
         if any(token.startswith(stem) or token.endswith(stem) for stem in stems):
             return quantity, ""

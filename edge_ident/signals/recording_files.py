@@ -20,17 +20,31 @@ from edge_ident.errors import DataError
 from edge_ident.files.reading import is_frame, read_table
 from edge_ident.files.table import Table
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
-from edge_ident.signals.contract_columns import TIME, columns_of, only_axes, recording_of, undriven
+from edge_ident.signals.contract_columns import (
+    TIME,
+    columns_of,
+    only_axes,
+    parse_name,
+    recording_of,
+    undriven,
+)
 from edge_ident.signals.data_checks import (
     check_form,
     check_motions,
     check_table,
     resting_as_passive,
 )
-from edge_ident.signals.effort_encoding import decode, encoding_sentence, find_encoding, is_effort
+from edge_ident.signals.effort_encoding import (
+    OPPOSITE,
+    decode,
+    encoding_sentence,
+    find_encoding,
+    is_effort,
+)
 from edge_ident.signals.made_columns import (
     OneClock,
     on_one_clock,
+    unwrapped,
     with_integrated_speed,
     with_own_clocks,
 )
@@ -333,6 +347,8 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOpt
                 given, values = values, decode(values, options.effort_encoding)
                 negative = int(np.count_nonzero(values < 0.0))
                 said = f"{use.heading}: {negative} of {rows} values are negative, by their encoding"
+                if options.effort_encoding == OPPOSITE:
+                    said = f"{use.heading}: multiplied by -1"
                 signed += [said] if values is not given else []
             if (use.unit.factor, use.unit.offset) != (1.0, 0.0):
                 values *= use.unit.factor
@@ -341,9 +357,25 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOpt
             sparse += [use.target] if column.sparse else []
     if mapping.period_s is not None:
         columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
+    signed += _went_on(columns)
     made = on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
     whole, integrated = with_integrated_speed(made.columns)
     return replace(made, columns=whole, said=(*signed, *made.said, *integrated))
+
+
+def _went_on(columns: dict[str, Array]) -> list[str]:
+    """Put positions together that start again after a turn, and say so."""
+    said = []
+    for name, values in columns.items():
+        _, quantity, unit = parse_name(name) or ("", "", "")
+        if quantity in ("position", "reference"):
+            known = ~np.isnan(values)
+            whole, turn, times = unwrapped(values[known], unit)
+            if times:
+                columns[name] = values.copy()
+                columns[name][known] = whole
+                said.append(f"{name} starts again after {turn:.6g} {unit}, {times} times: joined")
+    return said
 
 
 def _effort_shift_s(table: Table) -> float:

@@ -288,3 +288,23 @@ def test_a_damaged_compressed_file_is_refused(kept: float, tmp_path: Path) -> No
     path.write_bytes(whole[:1000] + bytes(1000) + whole[2000:])
     with pytest.raises(DataError, match="not a readable gzip file"):
         read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "heading"),
+    [
+        ("cp932", "トルク[Nm]"),
+        ("gb18030", "实际转矩(Nm)"),
+        ("cp1251", "Положение [град]"),
+        ("latin-1", "Größe [°]"),
+        ("latin-1", "durée (µs)"),
+        ("cp1252", "Lage – „Achse X“ [mm]"),
+    ],
+)
+def test_letters_of_two_bytes_are_told_from_latin_ones(
+    encoding: str, heading: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{k},{k / 2}\n" for k in range(300))
+    (tmp_path / "a.csv").write_bytes(f"time,{heading}\n{rows}".encode(encoding))
+    found = read_table(tmp_path / "a.csv").columns[1].heading
+    assert found == heading.encode(encoding).decode(encoding.replace("cp1252", "latin-1"))

@@ -348,3 +348,13 @@ def test_the_one_column_that_is_left_is_asked_about(tmp_path: Path) -> None:
     read = accepted(path).axes["x"]
     np.testing.assert_allclose(read.effort, GOOD.effort, rtol=1e-12)
     assert read.reference is not None
+
+
+def test_a_quantity_in_percent_without_an_axis_is_proposed_for_one(tmp_path: Path) -> None:
+    path = write(
+        tmp_path / "a.csv",
+        {"time_s": GOOD.time_s, "pos_rad": GOOD.position, "torque_pct": GOOD.effort / 0.024},
+    )
+    found = edge_ident.inspect_recording(path)
+    assert [use.target for use in found.columns] == ["time_s", "x_position_rad", "x_torque_nm"]
+    assert set(found.open_values) == {"VALUE_Nm"}

@@ -35,6 +35,17 @@ from edge_ident.signals.read_columns import axis_names, role_of
         ("field.position0", "position", ("0",)),
         ("field.header.stamp", "time", ()),
         ("header.seq", "other", ()),
+        ("Temps", "time", ()),
+        ("Position réelle X", "position", ("reelle", "x")),
+        ("posición", "position", ()),
+        ("par motor", "torque", ()),
+        ("Coppia", "torque", ()),
+        ("Температура", "temperature", ()),
+        ("Положение", "position", ()),
+        ("指令位置", "reference", ()),
+        ("实际转矩", "torque", ()),
+        ("モータ回転数", "velocity", ()),
+        ("Größe", "", ("grosse",)),
     ],
 )
 def test_a_heading_says_quantity_and_axis(

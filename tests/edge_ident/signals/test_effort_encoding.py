@@ -1,5 +1,6 @@
 """Efforts whose sign is in the word, or lost: recognized, converted, and then right."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -106,3 +107,17 @@ def test_an_unknown_encoding_lists_those_that_are_known(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no such encoding") as caught:
         edge_ident.load_recording(path, options=options)
     assert "uint16" in caught.value.next_step
+
+
+def test_an_effort_that_counts_against_the_position_is_turned(tmp_path: Path) -> None:
+    """The next step of the refusal is the command that gives the right values."""
+    path = write(tmp_path / "a.csv", -EFFORT)
+    refused = CliRunner().invoke(app, ["identify", str(path), "--no-diagnose"])
+    assert refused.exit_code == 1
+    assert "negative_" not in refused.stdout
+    command = ["identify", str(path), "--effort-encoding", "opposite"]
+    assert " ".join(command) in " ".join(refused.stdout.split())
+    done = CliRunner().invoke(app, [*command, "--json"])
+    assert done.exit_code == 0
+    found = json.loads(done.stdout)["axes"]["x"]["parameters"]
+    assert [one["value"] for one in found.values()] == pytest.approx(TRUE, rel=0.05)
