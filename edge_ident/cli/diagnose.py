@@ -110,17 +110,11 @@ def diagnose(
         recordings = [reading.read(file) for file in files]
         known = model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
-            recordings,
-            model=known,
-            validate=reading.read(validate) if validate else None,
-            tolerance=tolerance,
-            stability=stability,
-            keep_minor=keep_minor,
-            on_progress=bars.show,
-        )
-    done = reading.done(
-        *files, validate, page=results.output and results.output / _PAGES[page], model=model
-    )
+            recordings, model=known, validate=reading.read(validate) if validate else None,
+            tolerance=tolerance, stability=stability, keep_minor=keep_minor, on_progress=bars.show,
+        )  # fmt: skip
+    shown = results.output and results.output / _PAGES[page]
+    done = reading.done(*files, validate, page=shown, model=model)
     found = report.with_next_steps(found, done)
     model_file = None
     if results.output:

@@ -158,10 +158,7 @@ def init(
         bool, typer.Option("--overwrite", help="Replace a file that exists already.")
     ] = False,
     accept_implausible: Annotated[
-        bool,
-        typer.Option(
-            "--accept-implausible", help="Accept values that are unusual for a feed drive."
-        ),
+        bool, typer.Option("--accept-implausible", help="Accept values that are unusual.")
     ] = False,
     json: Json = False,
 ) -> None:

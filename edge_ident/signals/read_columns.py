@@ -79,8 +79,9 @@ class ReadOptions:
                 check_type(getattr(self, name), Real, f"give a number for {name}")
 
 
-# What a heading says of its column: which quantity, of which axis. Words are English and German, with
-# those of programs in French, Italian, Spanish, Russian, Chinese and Japanese. Accents do not count.
+# What a heading says of its column: which quantity, of which axis. Words are English and German,
+# with those of programs in French, Italian, Spanish, Russian, Chinese and Japanese. Accents do not
+# count.
 
 _TOKEN: Final = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+|[^\W\d_a-zA-Z]+")
 # Of a command; joined to the quantity, as `soll` is in German.
