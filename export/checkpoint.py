@@ -19,8 +19,7 @@ from export.network import ResidualNetwork
 
 Weights = dict[str, torch.Tensor]
 
-_KNOWN: Final = "known"
-"""Name of the machine's axis in a checkpoint."""
+_KNOWN: Final = "known"  # name of the machine's axis in a checkpoint
 
 
 class Loss(NamedTuple):

@@ -16,8 +16,7 @@ from edge_ident.estimation.image import Normalization, effort_scale
 Array = NDArray[np.float64]
 Family = Callable[[np.random.Generator, int], Array]
 
-_START_SHARE: Final = 0.35
-"""Share of the guesses that are random starts."""
+_START_SHARE: Final = 0.35  # share of the guesses that are random starts
 
 
 def uniform(rng: np.random.Generator, count: int) -> Array:

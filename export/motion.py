@@ -25,10 +25,9 @@ SHIFT_SPREAD_S: Final = 0.02
 """Largest difference between recordings of one motion, in amplitude and in time."""
 RISE_TIME_S: Final = 0.2
 """Rise time of a soft controller."""
+# Mean square change from lap to lap over that between unrelated times: below it, laps repeat.
 _REPEATS: Final = 0.02
-"""Mean square change from lap to lap over that between unrelated times: below it, laps repeat."""
-_FRESH: Final = 0.2
-"""The same between times that have nothing to do with each other, at least."""
+_FRESH: Final = 0.2  # the same between times that have nothing to do with each other, at least
 
 
 @dataclass(frozen=True)

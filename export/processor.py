@@ -13,13 +13,12 @@ from export.network import ResidualNetwork
 
 log = logging.getLogger(__name__)
 
+# Where it is set, torch uses that many threads, and nothing is measured.
 _VARIABLE: Final = "OMP_NUM_THREADS"
-"""Where it is set, torch uses that many threads, and nothing is measured."""
 _EXAMPLES: Final = 64
+# Steps of each measurement; the fastest counts: other programs only slow a step down.
 _STEPS: Final = 3
-"""Steps of each measurement; the fastest counts: other programs only slow a step down."""
-_GAIN: Final = 0.8
-"""A larger number of threads has to take at most this part of the time."""
+_GAIN: Final = 0.8  # a larger number of threads has to take at most this part of the time
 
 
 def checked_device(accelerator: str | None) -> str:

@@ -27,8 +27,7 @@ Array = NDArray[np.float64]
 
 KNOWN_DRIVES: Final = 48
 """Drives with the effects that are known of the machine, on each motion."""
-_SOURCE: Final = "other"
-"""Name of the axis that may act on the one that is identified."""
+_SOURCE: Final = "other"  # name of the axis that may act on the one that is identified
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,7 @@ CHUNK: Final = 500
 RIDGE: Final = 1e-6
 """Ridge over the mean square feature: keeps the regression from fitting rounding errors."""
 
-_SMALL: Final = 0.02
-"""Weights of the last layer behind units that start with no part in the answer."""
+_SMALL: Final = 0.02  # weights of the last layer behind units that start with no part in the answer
 
 
 class Head(nn.Module):

@@ -35,12 +35,7 @@ from firmware_interface.codec import (
 from firmware_interface.errors import BoardError, EdgeIdentError, OvertakenError, SilentError
 from firmware_interface.link import Heartbeat, Link
 from firmware_interface.motion import Trajectory, stop_duration_s
-from firmware_interface.registers import (
-    AXES,
-    REGISTERS,
-    Opcode,
-    State,
-)
+from firmware_interface.registers import AXES, REGISTERS, Opcode, State
 
 __all__ = ["AxisLimits", "Board", "BoardIdentity", "BoardStatus", "CapturePage"]
 

@@ -7,13 +7,7 @@ from typing import Final
 from firmware_interface.board_session import Session
 from firmware_interface.board_types import BoardIdentity, ReadWords, checked_gains, received
 from firmware_interface.codec import addresses, crc32, decode_integer, read_spans
-from firmware_interface.errors import (
-    BoardError,
-    BusyError,
-    LinkError,
-    NoReplyError,
-    RestartedError,
-)
+from firmware_interface.errors import BoardError, BusyError, LinkError, NoReplyError, RestartedError
 from firmware_interface.gains import (
     OFF,
     AxisGains,

@@ -17,13 +17,7 @@ from firmware_interface.motion import (
     Staircase,
     Trajectory,
 )
-from firmware_interface.registers import (
-    AXES,
-    PAGE_SAMPLES,
-    PAGE_WORDS,
-    REGISTERS,
-    TrajectoryKind,
-)
+from firmware_interface.registers import AXES, PAGE_SAMPLES, PAGE_WORDS, REGISTERS, TrajectoryKind
 
 Counts = NDArray[np.int64]
 

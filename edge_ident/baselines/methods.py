@@ -9,19 +9,16 @@ from math import gamma, pi, sqrt
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.baselines.problem import Course, Problem, course_along, fit, simulate
 from edge_ident.errors import DataError
 from edge_ident.estimation.least_squares import Columns, coloured_std, solve
 from edge_ident.estimation.least_squares import fit as edge_fit
 from edge_ident.identification.identify import network_input, run_network
-from edge_ident.model.model import POSITIVE, Estimate
+from edge_ident.model.model import POSITIVE, Array, Estimate
 from edge_ident.signals.conditioning import filtered_regressor, position_noise
 from edge_ident.signals.filters import lowpass
 from edge_ident.support.stopwatch import Stopwatch
-
-Array = NDArray[np.float64]
 
 Method = Callable[[Problem], Estimate]
 

@@ -6,18 +6,15 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network
-from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate, regressor
+from edge_ident.model.model import PARAMETERS, POSITIVE, Array, Estimate, regressor
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
-
-Array = NDArray[np.float64]
 
 
 def _silent(note: str) -> None:

@@ -12,14 +12,13 @@ from enum import StrEnum
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import EdgeIdentError
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.estimation.network_estimate import BoardNetwork, NetworkEstimate
 from edge_ident.estimation.trust import AGREEMENT
 from edge_ident.identification.result import AxisIdentification, Identification
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import Board
 from firmware_interface.board_identification import (
@@ -36,7 +35,6 @@ from firmware_interface.registers import (
 )
 
 log = logging.getLogger(__name__)
-Array = NDArray[np.float64]
 
 
 LONGEST_WAIT_S: Final = 4.0
@@ -154,7 +152,9 @@ def counts_of(recording: Recording, board: BoardIdentity, axes: tuple[str, ...])
     units = {"position": board.encoder_resolution_rad, "effort": board.effort_per_count_nm}
     columns = {
         quantity: np.stack(
-            [np.rint(getattr(recording.axes[axis], quantity) / unit) for axis in axes], axis=1
+            # a capture is whole counts times the unit: rounding gives back what the board had
+            [np.rint(getattr(recording.axes[axis], quantity) / unit) for axis in axes],
+            axis=1,
         ).astype(np.int64)
         for quantity, unit in units.items()
     }
@@ -165,6 +165,7 @@ def _recomputed(
     said: BoardIdentification, recording: Recording, board: BoardIdentity, network: Network | None
 ) -> dict[str, NetworkEstimate | None] | None:
     """What the board's network finds on this host, if it is here."""
+    # the board computes with int8: only that variant can give the same numbers here
     known = network
     if known is None or known.variant != "int8" or network_code(known.sha256) != said.network:
         known = load_network("int8")
@@ -182,6 +183,7 @@ def _compared(
     found = np.array(said.parameters)
     recomputed, std = (None, None) if again is None else (again.parameters, again.std)
     difference = found - own.estimate.parameters
+    # both err, and independently: deviations add in squares
     scale = np.hypot(own.estimate.std, 0.0 if std is None else std)
     verdict, sentence = Verdict.AGREES, ""
     if said.reason is not IdentificationReason.NONE:

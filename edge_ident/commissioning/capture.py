@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.commissioning.safety import ready_to_move, stop_at_once
 from edge_ident.drive.description import Drive
@@ -18,7 +17,7 @@ from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError, LinkError
 from edge_ident.signals.data_checks import MINIMUM_SAMPLES, check_recording
 from edge_ident.signals.metrics import rms
-from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.signals.recording import Array, AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.interrupts import deaf_to_interrupts, uncut
 from firmware_interface.board import AxisLimits, Board, CapturePage
@@ -37,7 +36,6 @@ from firmware_interface.motion import (
 from firmware_interface.registers import REGISTERS, State
 
 log = logging.getLogger(__name__)
-Array = NDArray[np.float64]
 
 
 class Observer(Protocol):

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, Observer, capture_motion
 from edge_ident.commissioning.drawn_loads import Grounds, RecordedMotion, beginning
@@ -45,7 +44,6 @@ from firmware_interface.board_gains import RunningCommit
 from firmware_interface.gains import AxisGains, Bank
 
 log = logging.getLogger(__name__)
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from statistics import NormalDist, median
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.commissioning.drawn_loads import Grounds, RecordedMotion
 from edge_ident.commissioning.tracking_forecast import Drawn, drawn_errors
@@ -30,14 +29,11 @@ from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
-from edge_ident.model.model import BOARD_UNITS, Model
+from edge_ident.model.model import BOARD_UNITS, Array, Model
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import AxisLimits, BoardIdentity
 from firmware_interface.gains import Bank
-
-Array = NDArray[np.float64]
-
 
 WORTH: Final = 0.05
 """Share by which the tracking error must fall to be worth a write."""
@@ -96,7 +92,9 @@ class Expected:
         middle = float(median(drawn))
         if not (math.isfinite(middle) and middle > 0.0):
             return cls(middle, 0.0, math.inf)
+        # in logarithms: errors are positive, and what is not known of them multiplies
         ends = np.log([max(float(np.min(drawn)), _TINY) / middle, float(np.max(drawn)) / middle])
+        # the correction is as doubtful as it is large, and independent of the draws
         low, high = np.hypot(ends, math.hypot(math.log(factor), disbelief))
         corrected = factor * middle
         below, above = corrected * math.exp(-low), corrected * math.exp(high)
@@ -105,6 +103,7 @@ class Expected:
     def limit_rad(self, judged: int) -> float:
         """What a right forecast exceeds in one of 20 cases where so many errors are judged."""
         normal = NormalDist()
+        # Bonferroni: the chance that one of all exceeds its limit stays that of a single one
         wider = normal.inv_cdf(1.0 - _TAIL / judged) / normal.inv_cdf(1.0 - _TAIL)
         grown = self.high_rad / max(self.middle_rad, _TINY)
         return float(self.middle_rad * grown**wider)
@@ -177,6 +176,7 @@ class Promised:
     def worth_a_write(self) -> bool:
         """Whether the fall of the rms error is large enough, and more than the forecast is off."""
         fall_rad = self.now.rms_rad - self.after.rms.middle_rad
+        # a forecast that was off by a factor, up or down, may be off by it again
         off = math.exp(abs(math.log(max(self.bias, _TINY))))
         return (
             fall_rad > max(WORTH * self.now.rms_rad, COUNTS * self.count_rad)

@@ -45,15 +45,12 @@ from edge_ident.commissioning.drawn_loads import (
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import GainDesign, worst_margins
 from edge_ident.control.position_loop import LoopHardware, law_response
-from edge_ident.model.model import AxisModel
+from edge_ident.model.model import Array, AxisModel
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads, Path, tracking_errors
 from firmware_interface.control_law import NOTHING, Memory
 from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import Reference, Trajectory
-
-Array = NDArray[np.float64]
-
 
 _LOOKS: Final = 10.0  # samples in the time in which the stiffest loop turns by one radian
 _TINY: Final = 1e-12

@@ -29,22 +29,18 @@ from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.commissioning.capture import Capture, Observer, capture_motion
 from edge_ident.commissioning.further_motions import NamedMotion
 from edge_ident.commissioning.promise import SHARE, WORTH, Promise
 from edge_ident.errors import BoardError
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.words import listed
 from firmware_interface.board import Board
 from firmware_interface.board_gains import RunningCommit
-
-Array = NDArray[np.float64]
-
 
 Verdict = Literal["better", "equal", "in doubt", "too lively", "worse"]
 

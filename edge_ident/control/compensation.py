@@ -29,7 +29,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.control.law_terms import EffortRange, Placed, Placement
 from edge_ident.control.position_loop import LoopHardware, Plant, SeriesSpring, SprungLoad
@@ -258,7 +257,6 @@ def _room(
 # if the base model takes what it can of it. That share is fitted along a made-up motion through the
 # supported range, on which the model itself says what the term takes.
 
-Array = NDArray[np.float64]
 
 # Frequencies of the made-up motion, over the slowest: they never repeat together.
 _RATES: Final = np.array([1.0, np.sqrt(7.0), np.sqrt(41.0)])

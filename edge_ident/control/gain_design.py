@@ -24,20 +24,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from edge_ident.control.compensation import (
-    Unused,
-    Used,
-    compensated,
-    loop_delay_s,
-    plant_of,
-)
+from edge_ident.control.compensation import Unused, Used, compensated, loop_delay_s, plant_of
 from edge_ident.control.law_terms import with_repeating
-from edge_ident.control.position_loop import (
-    LoopHardware,
-    Plant,
-    margins_of,
-    quantization_effort_nm,
-)
+from edge_ident.control.position_loop import LoopHardware, Plant, margins_of, quantization_effort_nm
 from edge_ident.errors import GainError
 from edge_ident.model.inverse import base_at
 from edge_ident.model.model import BOARD_UNITS, AxisModel

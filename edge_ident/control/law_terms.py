@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.effect import Compensation
@@ -14,13 +13,10 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.model_files import unit_of
-from edge_ident.model.motion import Motion, Repeating
+from edge_ident.model.motion import Array, Motion, Repeating
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains
 from firmware_interface.motion import Reference
-
-Array = NDArray[np.float64]
-
 
 # Terms that each field of the board's law takes.
 _PLACES: Final = {

@@ -3,16 +3,12 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.model import Array, AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals, condition, with_effort
 from edge_ident.signals.recording import Recording
 from edge_ident.support.words import listed
-
-Array = NDArray[np.float64]
-
 
 # One axis whose effort is that of the base model alone.
 

@@ -11,15 +11,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.least_squares import Columns, EstimationPart, coloured_std, motion_noise
+from edge_ident.estimation.least_squares import (
+    Columns,
+    EstimationPart,
+    coloured_std,
+    motion_noise,
+    pair_products,
+)
 from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, negative
-from edge_ident.model.model import PARAMETERS, POSITIVE, Estimate
+from edge_ident.model.model import PARAMETERS, POSITIVE, Array, Estimate
 from edge_ident.signals.conditioning import Signals, unit_length
 from edge_ident.signals.filters import LONG, ONE_LINE, strongest_line
 from edge_ident.signals.timing import REACH_S, STEPS_PER_PERIOD, vertex
-
-Array = NDArray[np.float64]
-
 
 UNRELATED: Final = "unrelated_effort"
 # Share of the effort's variance that the base model explains at least of an effort that belongs to
@@ -419,7 +422,7 @@ def regime_moves(regressor: Array, effort: Array, regimes: Sequence[Array]) -> R
     whole, parts = np.zeros(count**2 + count), np.zeros((len(regimes), QUARTERS, count**2 + count))
     for begin in range(0, len(unit), LONG):  # in blocks: there are many products
         block = slice(begin, begin + LONG)
-        rows = np.column_stack([_products(unit[block]), unit[block] * effort[block, None]])
+        rows = np.column_stack([pair_products(unit[block]), unit[block] * effort[block, None]])
         whole += rows.sum(axis=0)
         parts += [_sums(rows, quarter[block]) for quarter in quarters]
     inverse, parameters = _solved(whole[None], count)
@@ -438,11 +441,6 @@ def _quarters(values: Array) -> NDArray[np.intp]:
 def _sums(rows: Array, quarter: NDArray[np.intp]) -> Array:
     """Sums (4, R) of rows (N, R) by quarter."""
     return np.asarray((quarter == np.arange(QUARTERS)[:, None]).astype(np.float64) @ rows)
-
-
-def _products(unit: Array) -> Array:
-    """Products of every two of P columns, (N, P²)."""
-    return (unit[:, :, None] * unit[:, None, :]).reshape(len(unit), -1)
 
 
 def _solved(sums: Array, count: int) -> tuple[Array, Array]:

@@ -7,10 +7,9 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.conditioning import Array, Signals
 from edge_ident.signals.metrics import dct2, idct2, subsample
 
-Array = NDArray[np.float64]
 Normalization = Literal["effort-scale", "min-max"]
 
 

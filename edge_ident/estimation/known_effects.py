@@ -3,19 +3,16 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.estimation.least_squares import Columns
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import AxisModel, Term, axes_of, regressor
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.signals.conditioning import Signals, bridge
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
-
-Array = NDArray[np.float64]
 
 
 def subtracted(

@@ -292,7 +292,7 @@ class _Cosines:
         columns = np.concatenate([basis, noise[:, None]], axis=1)
         number = np.empty(len(starts))
         number[:-1], number[-1] = starts[1:] - starts[:-1], len(noise) - starts[-1]
-        products = _sums(_products(columns), starts)
+        products = _sums(pair_products(columns), starts)
         of_columns = products.reshape(-1, columns.shape[1], columns.shape[1])[:, :-1, :-1]
         flat = of_columns.reshape(len(products), -1).T.copy()
         return cls(number, walk, products, flat, _RANK * np.eye(basis.shape[1]))
@@ -396,7 +396,7 @@ def _walk(starts: NDArray[np.intp], samples: int, band: int) -> Array:
 
 def _fit(cosines: _Cosines) -> _Spectra:
     """Modes of the restricted posterior by Fisher scoring, all step sizes at once."""
-    walk, squares = cosines.walk, _products(cosines.walk)
+    walk, squares = cosines.walk, pair_products(cosines.walk)
     sizes, columns = len(_STEPS), walk.shape[1]
     prior = np.outer(np.array(_STEPS) ** -2, np.arange(columns) > 0)
     ridge = prior[:, :, None] * np.eye(columns)
@@ -444,7 +444,7 @@ def _restricted(cosines: _Cosines, log_power: Array) -> tuple[Array, Array, Arra
     inverse = np.linalg.inv(normal)
     left = np.ones(sums.shape[:2])
     left[:, :-1] = -_each(inverse, sums[:, :-1, -1])
-    squares = _products(left) @ cosines.products.T
+    squares = pair_products(left) @ cosines.products.T
     taken = inverse.reshape(len(inverse), -1) @ cosines.of_columns
     chi2 = np.maximum(squares, 0.0) * precision
     return chi2, np.maximum(cosines.number - taken * precision, 0.0), normal
@@ -455,8 +455,8 @@ def _each(matrices: Array, vectors: Array) -> Array:
     return (matrices @ vectors[..., None])[..., 0]
 
 
-def _products(columns: Array) -> Array:
-    """Products of every two of K columns, as (N, K²)."""
+def pair_products(columns: Array) -> Array:
+    """Products of every two of K columns (N, K), as (N, K²)."""
     return (columns[:, :, None] * columns[:, None, :]).reshape(len(columns), -1)
 
 

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import Normalization
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.metrics import POINTS
 from edge_ident.support.documents import (
     MOST_DOCUMENT_BYTES,
@@ -22,7 +21,6 @@ from edge_ident.support.documents import (
 )
 from edge_ident.support.words import brief
 
-Array = NDArray[np.float64]
 Variant = Literal["fp32", "int8"]
 Graph = Literal["rank_one", "image"]
 """What a network reads: both efforts, or the image that they make."""

@@ -29,11 +29,10 @@ from edge_ident.estimation.manifest import (
     read_content,
 )
 from edge_ident.estimation.rank_one import RankOneGraph, divided, open_session
-from edge_ident.signals.metrics import POINTS
+from edge_ident.signals.metrics import POINTS, Array
 from edge_ident.support.documents import atomic_write, read_json
 from edge_ident.support.given import type_of
 
-Array = NDArray[np.float64]
 Precision = Variant | Literal["fastest"]
 
 _IMAGE_SHAPE: Final = (1, POINTS, POINTS)

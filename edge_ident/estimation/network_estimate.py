@@ -21,14 +21,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError, ModelError
 from edge_ident.estimation.image import Subsampled, effort_scale
 from edge_ident.estimation.manifest import Manifest
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
-from edge_ident.model.model import BOARD_UNITS, POSITIVE
+from edge_ident.model.model import BOARD_UNITS, POSITIVE, Array
 from edge_ident.signals.metrics import compare, relative_residual
 from edge_ident.signals.one_period import (
     Blocks,
@@ -41,9 +40,6 @@ from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board_identification import BoardAxis, CapturedCounts
 from firmware_interface.board_types import BoardIdentity
 from firmware_interface.registers import AXES, IdentificationReason
-
-Array = NDArray[np.float64]
-
 
 GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""

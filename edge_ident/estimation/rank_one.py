@@ -23,11 +23,8 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.estimation.image import Normalization, scale_and_offset
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.metrics import POINTS
-
-Array = NDArray[np.float64]
-
 
 Floats = NDArray[np.float32]
 

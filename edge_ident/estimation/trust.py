@@ -22,7 +22,7 @@ from edge_ident.model.model import (
     Term,
     quantity_unit,
 )
-from edge_ident.model.motion import LARGEST_SHIFT, Timing
+from edge_ident.model.motion import LARGEST_SHIFT, Array, Timing
 from edge_ident.signals.conditioning import Signals, condition
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.time_stamps import UNEVEN, even_rows_sentence, lost_rows_sentence
@@ -32,8 +32,6 @@ from edge_ident.support.words import spoken
 if TYPE_CHECKING:
     from edge_ident.model.model_files import GivenModel
     from edge_ident.signals.recording_files import Given
-
-Array = NDArray[np.float64]
 
 
 RESIDUAL_LIMIT: Final = 0.15

@@ -38,15 +38,12 @@ from edge_ident.experiment.search import Problem, Shape, SineShape, StairShape, 
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, axes_of
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.search import Excitation
 from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
-
-Array = NDArray[np.float64]
-
 
 # One axis of a drive: what its recordings and its diagnosis say, ready for the search.
 

@@ -12,7 +12,6 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
 from edge_ident.diagnosis.fit.candidates import Candidate, grid, term
@@ -21,12 +20,9 @@ from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE, NOT_TES
 from edge_ident.experiment.compared import BaseColumns, Columns, Compared, Key, key, term_effort
 from edge_ident.experiment.result import LeftOut, Why
 from edge_ident.model.effects import catalogue, named
-from edge_ident.model.model import BASE, AxisModel, Term
+from edge_ident.model.model import BASE, Array, AxisModel, Term
 from edge_ident.model.search import Excitation, Form
 from edge_ident.signals.metrics import rms
-
-Array = NDArray[np.float64]
-
 
 _SMALL: Final = 1e-6  # amplitude at which all effects are nearly linear
 _NO_SECOND_AXIS: Final = "the recordings have no second axis, whose motion would show it"

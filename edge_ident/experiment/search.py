@@ -21,7 +21,7 @@ from edge_ident.experiment.limits import Allowed, Load
 from edge_ident.experiment.rivals import Judge, Pair, distance
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, axes_of
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from firmware_interface.motion import (
     MAXIMUM_COMPONENTS,
     MAXIMUM_LEVELS,
@@ -29,9 +29,6 @@ from firmware_interface.motion import (
     SineComponent,
     Staircase,
 )
-
-Array = NDArray[np.float64]
-
 
 # Motions to choose from: shapes that are drawn, changed a little, and scaled to the limits.
 

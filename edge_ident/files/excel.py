@@ -19,12 +19,7 @@ from edge_ident.files.dialect import (
 )
 from edge_ident.files.opening import needed, open_archive, reading, refuse_document_types
 from edge_ident.files.table import Table, make_columns
-from edge_ident.support.documents import (
-    MOST_CELLS,
-    MOST_COLUMNS,
-    check_size,
-    check_table,
-)
+from edge_ident.support.documents import MOST_CELLS, MOST_COLUMNS, check_size, check_table
 from edge_ident.support.words import brief
 
 _MOST_ROWS: Final = 1 << 20  # of a sheet, in every program that writes them

@@ -20,13 +20,7 @@ from typing import Any, Final
 
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError, ModelError
-from edge_ident.fleet.result import (
-    Failed,
-    Kind,
-    SurveyedAxis,
-    SurveyedCause,
-    Value,
-)
+from edge_ident.fleet.result import Failed, Kind, SurveyedAxis, SurveyedCause, Value
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named, registered

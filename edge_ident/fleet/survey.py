@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.fleet.analysis import Options, failure_of
@@ -26,7 +25,7 @@ from edge_ident.fleet.result import (
 )
 from edge_ident.fleet.workers import Outcomes, Task, run_on_cluster, run_processes
 from edge_ident.model.effects import named
-from edge_ident.model.model import NORMAL_95, PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS, Array
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.support.documents import file_sha256, read_json, to_json, write_json
@@ -175,7 +174,6 @@ def _cores() -> int:
 #
 # An axis that is not trusted is not compared. Several recordings of a unit become one value.
 
-Array = NDArray[np.float64]
 Axes = Sequence[tuple[str, SurveyedAxis]]
 """One axis of several recordings, each with its unit."""
 Measured = Mapping[str, list[tuple[float, float]]]

@@ -27,7 +27,7 @@ from edge_ident.diagnosis.prepare.masks import (
     tone_count,
 )
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
-from edge_ident.diagnosis.tolerance import OUTLIER, TOLERANCE, worth_naming
+from edge_ident.diagnosis.tolerance import OUTLIER, worth_naming
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.estimation.effort_checks import (
@@ -40,14 +40,11 @@ from edge_ident.estimation.effort_checks import (
 from edge_ident.estimation.least_squares import Columns, coloured_std, solve
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.model.model import PARAMETERS, Estimate, Term, regressor_rows
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.signals.conditioning import decimated
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.timing import Shift, slow, solve_shift
-
-Array = NDArray[np.float64]
-
 
 # Signals in which noise is small enough to see what the base model lacks.
 #
@@ -378,11 +375,6 @@ class Adequacy:
     def adequate(self) -> bool:
         """Whether nothing speaks against the base model."""
         return not (self.leaves_structure or self.spread or self._poor_fit)
-
-    @property
-    def tolerable(self) -> bool:
-        """Whether the base model leaves less than a diagnosis would call worth naming."""
-        return self.relative_residual < TOLERANCE and not self._poor_fit
 
     @property
     def _poor_fit(self) -> bool:

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
@@ -46,7 +45,7 @@ from edge_ident.model.model import (
     base_axis,
     effect_names,
 )
-from edge_ident.model.motion import Timing
+from edge_ident.model.motion import Array, Timing
 from edge_ident.signals.conditioning import Signals
 from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -57,8 +56,6 @@ from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -198,6 +195,7 @@ def _model(chosen: _Choice, axis: AxisRecord, seen: SupportedRange) -> AxisModel
 def _end_s(recording: Recording, last_s: float, diagnosed: "AxisDiagnosis | None") -> float:
     """End of the last recording that the answer comes from, since the start of the first."""
     diagnosed_s = float(diagnosed.traces.time_s[-1]) if diagnosed is not None else 0.0
+    # a diagnosis may have pooled later recordings than this one
     return max(recording.begin_s + last_s, diagnosed_s)
 
 
@@ -254,6 +252,7 @@ def _chosen(
         reason = _reason(network, best)
         line = _line_with_known(best.estimate, known)
         return _Choice(best.source, best.estimate, best.model_error, known, reason, line)
+    # neither estimator knows the effect: how far they are apart is what it may do to both
     apart = network.parameters - linear.estimate.parameters
     estimate = _widened(network, apart)
     return _Choice(
@@ -297,6 +296,7 @@ def _extended(
         late_s=diagnosed.timing.shift_s, of_motion=known,
     )  # fmt: skip
     estimate = diagnosed.model.estimate  # physical, as in a file, and no surer than that
+    # how far parts of the motion disagree with effects taken off: what the diagnosis left
     error = _model_error(compensated, estimates.part, estimate.std)
     causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"
@@ -333,6 +333,7 @@ def _line(
 
 
 def _widened(estimate: Estimate, by: Array) -> Estimate:
+    # errors of different origin are independent: they add in squares
     return Estimate(estimate.parameters, np.hypot(estimate.std, by))
 
 

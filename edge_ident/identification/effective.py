@@ -34,12 +34,10 @@ from edge_ident.model.model import (
     Term,
     base_axis,
 )
-from edge_ident.model.motion import OVER_SPEED, Grid, Repeating
+from edge_ident.model.motion import OVER_SPEED, Array, Grid, Repeating
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
-
-Array = NDArray[np.float64]
 
 _STRETCH_S: Final = 1.0
 _FEWEST: Final = 8  # stretches of a recording, at least

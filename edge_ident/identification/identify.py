@@ -11,7 +11,6 @@ from os import PathLike
 from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.diagnosis.verdict import Verdict
@@ -26,7 +25,7 @@ from edge_ident.identification.adequacy import Adequacy, ComparedSignals, judge
 from edge_ident.identification.answer import AxisEstimates, answer
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
-from edge_ident.model.motion import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Timing
+from edge_ident.model.motion import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Array, Timing
 from edge_ident.signals.conditioning import Signals, choose_cutoff, count_and_noise
 from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.filters import LONG, any_of, decimate, kept, parts_of
@@ -40,8 +39,6 @@ from edge_ident.support.stopwatch import Stopwatch
 if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis
     from edge_ident.model.model_files import GivenModel
-
-Array = NDArray[np.float64]
 
 
 Progress = Callable[[str, int, int], None]

@@ -6,16 +6,12 @@ from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
-from edge_ident.model.motion import Motion, added
-
-Array = NDArray[np.float64]
-
+from edge_ident.model.motion import Array, Motion, added
 
 Kept = dict[object, Any]
 """Slow results along one motion."""

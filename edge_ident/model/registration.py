@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Array, Effect, Over, no_draw
+from edge_ident.model.effect import Effect, Over, no_draw
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.search import Excitation, Form, Span
 from edge_ident.support.given import check_type
 from firmware_interface.gains import AxisGains

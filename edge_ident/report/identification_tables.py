@@ -17,8 +17,7 @@ from edge_ident.identification.result import (
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.support.console import FittingTable
-from edge_ident.support.numbers import with_deviation
-from edge_ident.support.words import spoken
+from edge_ident.support.words import spoken, with_deviation
 
 if TYPE_CHECKING:
     from edge_ident.control.gain_design import GainDesign

@@ -28,9 +28,8 @@ from edge_ident.report.survey_wording import (
 from edge_ident.support.console import FittingTable
 from edge_ident.support.documents import atomic_write
 from edge_ident.support.next_step import Done, whole_step
-from edge_ident.support.numbers import with_deviation
 from edge_ident.support.rows import Cell
-from edge_ident.support.words import on_a_line
+from edge_ident.support.words import on_a_line, with_deviation
 
 CSV_FILE: Final = "survey.csv"
 PARQUET_FILE: Final = "survey.parquet"

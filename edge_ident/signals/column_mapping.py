@@ -13,13 +13,7 @@ from edge_ident.errors import DataError
 from edge_ident.files.table import Column, Table, repetition, split_heading
 from edge_ident.files.units import Unit, known_unit, stated_unit
 from edge_ident.signals.column_proposals import propose_axes, propose_time
-from edge_ident.signals.contract_columns import (
-    EFFORTS,
-    QUANTITIES,
-    TIME,
-    contract_name,
-    parse_name,
-)
+from edge_ident.signals.contract_columns import EFFORTS, QUANTITIES, TIME, contract_name, parse_name
 from edge_ident.signals.read_columns import (
     PLACEHOLDERS,
     Proposal,

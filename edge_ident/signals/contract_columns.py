@@ -8,10 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording, chosen_axes
-
-Array = NDArray[np.float64]
-
+from edge_ident.signals.recording import Array, AxisRecord, PassiveAxis, Recording, chosen_axes
 
 TIME: Final = "time_s"
 QUANTITIES: Final = {

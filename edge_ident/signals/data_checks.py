@@ -22,12 +22,9 @@ from edge_ident.signals.contract_columns import (
 )
 from edge_ident.signals.effort_encoding import check_magnitude
 from edge_ident.signals.metrics import quantile
-from edge_ident.signals.recording import AxisRecord, PassiveAxis, Recording
+from edge_ident.signals.recording import Array, AxisRecord, PassiveAxis, Recording
 from edge_ident.support.documents import LARGEST, SMALLEST
 from edge_ident.support.given import check_type
-
-Array = NDArray[np.float64]
-
 
 # Share of a record that may pass without a count while the drive is told to move.
 _STUCK_SHARE: Final = 0.25

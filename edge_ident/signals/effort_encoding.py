@@ -10,15 +10,11 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import condition, unit_length
+from edge_ident.signals.conditioning import Array, condition, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, parse_name
 from edge_ident.signals.metrics import relative_residual
-
-Array = NDArray[np.float64]
-
 
 _BITS: Final = (8, 12, 16, 24, 32)  # of the words that drives send
 _SIGN_MAGNITUDE: Final = "sign-magnitude"

@@ -20,9 +20,6 @@ from edge_ident.signals.time_stamps import EvenGrid, interpolated
 from edge_ident.signals.timing import vertex
 from edge_ident.support.words import listed
 
-Array = NDArray[np.float64]
-
-
 # Columns of several clocks, or with empty cells, on the one clock of a recording.
 #
 # A table is sparse where several rates stand in it, where channels have a time each, where joints

@@ -23,10 +23,9 @@ from edge_ident.signals.conditioning import (
     resolving_cutoff_hz,
     standing,
 )
-from edge_ident.signals.filters import magnitude
+from edge_ident.signals.filters import Array, magnitude
 from edge_ident.signals.metrics import POINTS, dct2, idct2, subsample
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 BLOCKS: Final = 1024

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.reading import is_frame, read_table
@@ -49,7 +48,7 @@ from edge_ident.signals.made_columns import (
     with_own_clocks,
 )
 from edge_ident.signals.read_columns import ReadOptions, open_values
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import Array, Recording
 from edge_ident.support.documents import atomic_write
 from edge_ident.support.given import check_type, type_of
 from edge_ident.support.given import path as path_of
@@ -63,9 +62,6 @@ if TYPE_CHECKING:
         @property
         def columns(self) -> "object": ...
         def __getitem__(self, name: object, /) -> "object": ...
-
-
-Array = NDArray[np.float64]
 
 
 Source = Union[str, Path, "DataFrame"]

@@ -8,12 +8,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.signals.metrics import quantile
-from edge_ident.signals.recording import AxisRecord, Recording
-
-Array = NDArray[np.float64]
+from edge_ident.signals.recording import Array, AxisRecord, Recording
 
 TURNS: Final = 30.0
 """Turns of an axis from which its angle may be one in degrees. A whole turn and a half in degrees,

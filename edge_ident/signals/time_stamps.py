@@ -8,10 +8,7 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.filters import LONG, parts_of
 from edge_ident.signals.metrics import quantile
-from edge_ident.signals.recording import AxisRecord, Recording
-
-Array = NDArray[np.float64]
-
+from edge_ident.signals.recording import Array, AxisRecord, Recording
 
 # Samples of a recording that say nothing: read before a pause and stamped after it, or clipped.
 

@@ -16,12 +16,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.model.motion import LARGEST_SHIFT
+from edge_ident.model.motion import LARGEST_SHIFT, Array
 from edge_ident.signals.filters import lowpass
-
-Array = NDArray[np.float64]
 
 # Bandwidth of the instrument, of the signals'. The controller answers the noise of its encoder, and
 # this answer imitates a shift. Its power grows with the fifth power of the bandwidth.

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import at_rest, count_and_noise
 from edge_ident.signals.metrics import quantile, rms
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import Array, Recording
 from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.words import listed
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 OFF: Final = "off_reference"

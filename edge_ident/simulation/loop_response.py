@@ -25,12 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware, law_response
-from edge_ident.signals.filters import fast_length
+from edge_ident.signals.filters import Array, fast_length
 from firmware_interface.control_law import NOTHING, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Reference
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _REPETITIONS: Final = 12

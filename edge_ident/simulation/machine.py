@@ -23,10 +23,8 @@ from edge_ident.model.effect import Effect, Values
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import everywhere
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.rigid_body import RIGID_BODY
-
-Array = NDArray[np.float64]
 
 STEP: Final = 0.5
 """Longest step times fastest rate."""
@@ -249,6 +247,7 @@ class Machine:
         """Let a sample pass: the delay under the command (A, D) before, the rest under the new."""
         for held, duration_s in zip((before, command), self._holds_s, strict=True):
             torque = self._torque(held)
+            # 1e-9: a whole number of steps is not one more for the rounding of the quotient
             needed = int(np.ceil(duration_s / self.longest_step_s - 1e-9))
             steps = max(1, needed) if duration_s > 0.0 else 0
             for _ in range(steps):
@@ -265,6 +264,7 @@ class Machine:
     def _torque(self, command: Array) -> Array:
         """What the actuators make of a command, (A, D)."""
         torque = command.copy()
+        # the inverse model goes from torque to command through the terms in their order
         for part in reversed(self._parts.through("torque")):
             torque[part.axis] = part.effect.torque(
                 torque[part.axis], np.asarray(self._time_s), part.values
@@ -277,6 +277,7 @@ class Machine:
         if not self._direction.all():
             self._direction, _ = self._leave_rest(self._state, self._direction, torque)
         state, count = self._state, self._count
+        # the classic tableau; directions hold over the step, so the rates are smooth in it
         k1 = self._rates(state, torque, 0.0)
         k2 = self._rates(state + 0.5 * step_s * k1, torque, 0.5 * step_s)
         k3 = self._rates(state + 0.5 * step_s * k2, torque, 0.5 * step_s)
@@ -292,6 +293,8 @@ class Machine:
         """Bring axes to rest where they came to it, and let the rest of the step pass."""
         position, velocity = new[: self._count], new[self._count : 2 * self._count]
         before = self.velocity[turned]
+        # over so short a time speed falls in a straight line: it is zero after this share of the
+        # step, and the way until then is that of the mean speed
         share = before / (before - velocity[turned])
         position[turned] = self.position[turned] + 0.5 * share * step_s * before
         velocity[turned] = 0.0
@@ -305,6 +308,7 @@ class Machine:
         """Directions and accelerations, axes at rest having given way to a push above friction."""
         balance = self._balance(state, direction, torque)
         acceleration = self._accelerate(balance, direction)
+        # an axis at rest also feels the others accelerate
         push = balance.push - self._cross_effort(balance, acceleration)
         leaves = (direction == 0.0) & (np.abs(push) > balance.friction)
         if not leaves.any():
@@ -329,6 +333,7 @@ class Machine:
         self, state: Array, direction: Array, torque: Array, since_s: float = 0.0
     ) -> _Balance:
         base, velocity = self._parts.base, state[self._count : 2 * self._count]
+        # dry friction is no part of the push: it opposes the direction, or at rest the push itself
         push = torque - RIGID_BODY.load_at(velocity, base)
         inertia, friction = base["inertia"], base["coulomb_friction"]
         if not self._parts.all:
@@ -337,6 +342,7 @@ class Machine:
         seen = [part.at(at, state) for part in self._parts.all]
         of_parts = list(zip(self._parts.all, seen, strict=True))
         for part, one in compress(of_parts, self._springs):
+            # a spring passes on another effort than the motor's: it takes the place of that
             push[part.axis] += part.effect.transmitted(one, part.values) - one.driven
         for part, one in compress(of_parts, self._loads):
             push[part.axis] -= part.effect.load(one, part.values)
@@ -347,6 +353,7 @@ class Machine:
         if any(self._frictions):
             inertia_effort = push - direction * friction
             friction_effort = base["viscous_friction"] * velocity + direction * friction
+            # the offset is a weight: the transmission passes it on too, and the push is without it
             transmitted = inertia_effort + base["offset"]
             for part, one in compress(of_parts, self._carried):
                 transmitted[part.axis] += part.effect.load(one, part.values)
@@ -359,6 +366,7 @@ class Machine:
                 friction_effort=friction_effort[part.axis],
             )
             friction[part.axis] += part.effect.friction(one, part.values)
+        # effects may take more friction than there is, and friction never drives
         return _Balance(seen, push, np.maximum(friction, 0.0), inertia)
 
     def _accelerate(self, balance: _Balance, direction: Array) -> Array:
@@ -368,6 +376,7 @@ class Machine:
             return np.where(slides, free / balance.inertia, 0.0)
         matrix = np.zeros((free.shape[1], self._count, self._count))
         for i in range(self._count):
+            # one row an axis: M·a = free effort; the row of an axis at rest says a = 0
             matrix[:, i, i] = np.where(slides[i], balance.inertia[i], 1.0)
         for part, one in self._crossing(balance):
             coupling = part.effect.cross_inertia(one, part.values)

@@ -6,14 +6,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.control.gain_design import design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.motions import MotionName
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
-from edge_ident.model.model import BASE, AxisModel, Estimate, Model, Term, base_axis
+from edge_ident.model.model import BASE, Array, AxisModel, Estimate, Model, Term, base_axis
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.data_checks import check_arrays
 from edge_ident.signals.recording import AxisRecord, Recording
@@ -33,8 +32,6 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Trajectory
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
 from firmware_interface.plant.plant import Plant as BoardPlant
-
-Array = NDArray[np.float64]
 
 
 def simulate(

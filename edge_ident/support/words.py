@@ -1,5 +1,7 @@
 """Names, lists and numbers as people write them, and text that is safe to show."""
 
+import math
+
 TYPE_CHECKING = False  # the script's start loads this module before all others
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,6 +29,24 @@ def plain_number(text: str) -> float:
     if "_" in text:
         raise ValueError(f"{text!r} is not a number")
     return float(text)
+
+
+# Deviation over value below which it is none of a measurement: a bound holds the value, or another
+# number gives it.
+_ROUNDING = 1e-6
+
+
+def with_deviation(value: float, std: float | None) -> str:
+    """A value to four digits, and its standard deviation where that says anything.
+
+    Examples
+    --------
+    >>> with_deviation(-0.8094, 0.012), with_deviation(-0.8094, 5.9e-12)
+    ('-0.8094 ± 0.012', '-0.8094')
+    """
+    if std is None or not math.isfinite(std) or std < _ROUNDING * abs(value):
+        return f"{value:.4g}"
+    return f"{value:.4g} ± {std:.2g}"
 
 
 # Text as a terminal may show it: what acts on a terminal, or hides, is written as its number.

@@ -12,11 +12,11 @@ from onnx import helper, numpy_helper
 from edge_ident.errors import ModelError
 
 NEXT_STEP: Final = "give an int8 network made by edge-ident export"
+# Known operators, and how many constants each takes at least.
 _CONSTANTS: Final = {
     "Conv": 1, "MaxPool": 0, "Relu": 0, "QuantizeLinear": 2, "DequantizeLinear": 2, "Reshape": 1,
     "Gemm": 1, "Sigmoid": 0,
 }  # fmt: skip
-"""Known operators, and how many constants each takes at least."""
 
 
 @dataclass(frozen=True)

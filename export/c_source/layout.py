@@ -12,11 +12,11 @@ from export.c_source.graph import refused
 from export.c_source.layers import Layer
 
 _MANTISSA_BITS: Final = 24
+# Scales of sums are mantissa / 2^shift: below one, and not so small that all sums vanish.
 _SHIFTS: Final = (_MANTISSA_BITS, 62)
-"""Scales of sums are mantissa / 2^shift: below one, and not so small that all sums vanish."""
 _INDEX_LIMIT: Final = 2**16
+# Largest float weight: far above any trained one, far below where sums overflow.
 _LARGEST_WEIGHT: Final = 1e6
-"""Largest float weight: far above any trained one, far below where sums overflow."""
 
 
 @dataclass(frozen=True)

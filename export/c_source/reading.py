@@ -12,8 +12,8 @@ from export.c_source.layers import HIGHEST, LOWEST, POOL, Layer, Quantization
 
 _ALL_LEVELS: Final = np.arange(LOWEST, HIGHEST + 1).astype(np.int8)
 _LARGEST_SUM: Final = 2**31 - 1
+# Tolerance of a bias' scale: the quantizer multiplies two other scales in float.
 _SCALE_TOLERANCE: Final = 1e-5
-"""Tolerance of a bias' scale: the quantizer multiplies two other scales in float."""
 
 
 def read_layers(content: bytes) -> tuple[Layer, ...]:

@@ -12,8 +12,8 @@ from edge_ident.support.version import VERSION
 from export.c_source.arrays import literal
 from export.c_source.layout import SourceLayer
 
+# Pixels of real images are below ten; sums of larger ones could overflow.
 _LARGEST_PIXEL: Final = "1e20"
-"""Pixels of real images are below ten; sums of larger ones could overflow."""
 _BYTES: Final = {"float": 4, "int8_t": 1}
 _TEMPLATES: Final = {
     "{name}.h": "network.h.jinja",

@@ -29,6 +29,7 @@ class Stribeck(Effect):
 
     def table_friction(self, state: State, direction: Value) -> Value:
         """Level above Coulomb friction."""
+        # index 2 is the table, the last of the three masses of the chain
         return self.size * exp(-((state.velocity[2] / self.speed) ** 2))
 
 
@@ -58,6 +59,7 @@ class Asymmetry(Effect):
 
     def table_friction(self, state: State, direction: Value) -> Value:
         """The Coulomb part."""
+        # the level has the sign of the direction: times the direction it is an offset, see `truth`
         return self.size * self.coulomb_per_viscous * direction
 
     def truth(self, rigid: Array, scales: Scales) -> Array:
@@ -113,6 +115,7 @@ class PositionFriction(Effect):
     def table_friction(self, state: State, direction: Value) -> Value:
         """Level above its mean."""
         along = (state.angle[2] - self.centre) / self.travel
+        # 0.7 rad: neither end of the stroke nor its middle is a node
         return self.size * sin(np.pi * self.waves * along + 0.7)
 
 
@@ -191,6 +194,7 @@ class WarmUp(Effect):
 
     def truth(self, rigid: Array, scales: Scales) -> Array:
         """Mean viscous friction."""
+        # the mean of exp(-t/T) over the recording is (1 - exp(-d/T))·T/d
         whole = scales.duration_s / self.fades_in_s
         return _plus(rigid, 1, self.size * -np.expm1(-whole) / whole)
 

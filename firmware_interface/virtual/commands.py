@@ -19,11 +19,7 @@ from firmware_interface.registers import (
     State,
     WatchdogAction,
 )
-from firmware_interface.virtual.drive import (
-    CONTROL_DELAY_S,
-    EFFORT_PER_COUNT_NM,
-    SAMPLE_PERIOD_S,
-)
+from firmware_interface.virtual.drive import CONTROL_DELAY_S, EFFORT_PER_COUNT_NM, SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.register_file import FREE, RegisterFile
 from firmware_interface.virtual.setpoints import (

@@ -12,8 +12,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.model.motion import LARGEST_SHIFT, NO_SHIFT, Timing
-from edge_ident.support.numbers import with_deviation
-from edge_ident.support.words import listed, spoken
+from edge_ident.support.words import listed, spoken, with_deviation
 
 _WHOLE: Final = 0.98
 """Share of the effort's variance from which on the band holds the effort."""

@@ -13,17 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effect import (
-    Advice,
-    Array,
-    Compensation,
-    Draws,
-    Effect,
-    Parameter,
-    Scale,
-    Values,
-)
-from edge_ident.model.motion import Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.search import (
     SOUND_RESONANCE_HZ,
     Excitation,

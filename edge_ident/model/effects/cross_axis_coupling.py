@@ -20,17 +20,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import (
-    Advice,
-    Array,
-    Compensation,
-    Draws,
-    Effect,
-    Parameter,
-    Scale,
-    Values,
-)
-from edge_ident.model.motion import Motion, wave
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
+from edge_ident.model.motion import Array, Motion, wave
 from edge_ident.model.search import Form, Link, SearchSpec
 
 _BY_ANGLE: Final = (
@@ -88,16 +79,19 @@ class CrossAxisCoupling(Effect):
         source = at.partner
         viscous = values["viscous_friction"] * source.velocity
         centrifugal = values["centrifugal_sine"] * np.sin(at.position) * source.velocity**2
+        # centrifugal and Coriolis efforts, from the derivative h' of the shared inertia
         outer = _slope(at.position, values, "outer") * source.velocity**2
         inner = _slope(source.position, values, "inner") * (
             (2.0 * at.velocity + source.velocity) * source.velocity
         )
         carried = _slope(source.position, values, "carried") * source.velocity**2
         friction = viscous + values["coulomb_friction"] * source.direction
+        # the outer joint feels -h'·v₂², see the equations above; all other signs are plus
         return np.asarray(friction + centrifugal - outer + inner + carried)
 
     def inertia(self, at: Motion, values: Values) -> Array:
         """What the outer link adds to that of the inner one."""
+        # h·2·a: the inner joint swings the outer link about itself as well
         return 2.0 * _shared(at.partner.position, values, "inner")
 
     def cross_inertia(self, at: Motion, values: Values) -> Array:

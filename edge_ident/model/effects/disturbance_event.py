@@ -12,7 +12,6 @@ import numpy as np
 from edge_ident.model.effect import (
     CLOCK,
     Advice,
-    Array,
     Compensation,
     Draws,
     Effect,
@@ -20,7 +19,7 @@ from edge_ident.model.effect import (
     Scale,
     Values,
 )
-from edge_ident.model.motion import Motion, cosine_and_sine
+from edge_ident.model.motion import Array, Motion, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from edge_ident.model.effect import (
     CLOCK,
     Advice,
-    Array,
     Compensation,
     Draws,
     Effect,
@@ -21,7 +20,7 @@ from edge_ident.model.effect import (
     Scale,
     Values,
 )
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
 
 

@@ -13,17 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import (
-    Advice,
-    Array,
-    Compensation,
-    Draws,
-    Effect,
-    Parameter,
-    Scale,
-    Values,
-)
-from edge_ident.model.motion import Motion, added, bump, polynomial, wave
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
+from edge_ident.model.motion import Array, Motion, added, bump, polynomial, wave
 from edge_ident.model.search import ChangesWith, Excitation, Form, Link, SearchSpec
 
 _TURN_RAD: Final = 2.0 * np.pi
