@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.files.table import Column, Series, Table, merged, without_repetition
 from edge_ident.files.units import known_unit
-from edge_ident.signals.conditioning import condition, encoder_count, unit_length
+from edge_ident.signals.conditioning import Array, condition, encoder_count, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import quantile
