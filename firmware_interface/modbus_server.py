@@ -65,9 +65,11 @@ def _carried_out(link: Link, request: bytes) -> bytes:
     code, size = request[0], len(request)
     if code not in (_READ, _WRITE_ONE, _WRITE):
         return refusal(request, _ILLEGAL_FUNCTION)
+    # function code, address, and a count or a value of two bytes each
     if size < 5 or (code != _WRITE and size > 5):
         return refusal(request, _ILLEGAL_VALUE)
     address, count = struct.unpack(">HH", request[1:5])
+    # here the second word is the value, not a count
     if code == _WRITE_ONE:
         link.write(address, [count])
         return request
@@ -87,11 +89,13 @@ def crc16(data: bytes) -> bytes:
     crc = 0xFFFF
     for byte in data:
         crc = crc >> 8 ^ _CRC_TABLE[(crc ^ byte) & 0xFF]
+    # the one number of Modbus that goes low byte first
     return struct.pack("<H", crc)
 
 
 def _crc_entry(index: int) -> int:
     for _ in range(8):
+        # x^16 + x^15 + x^2 + 1 with its bits reversed: the lowest bit is on the line first
         index = index >> 1 ^ (0xA001 if index & 1 else 0)
     return index
 
@@ -119,6 +123,7 @@ class RtuSession:
 
     def data_received(self, data: bytes) -> None:
         """Bytes came; answer the request that they complete."""
+        # first: a silence may have ended the frame that these bytes do not belong to
         self.idle()
         self._last_s = time.monotonic()
         if self._deaf:
@@ -213,6 +218,7 @@ class TcpSession(asyncio.Protocol):
         key = self._link.read(_HOLDER.address, _HOLDER.words)
         of_holder = [session for session in self._sessions if session.key == key]
         holder = max(of_holder, key=lambda session: session.heard_s, default=None)
+        # somebody is left: there are at least two places, and one holder
         return min(self._sessions - {holder}, key=lambda session: (session.asked, session.heard_s))
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -267,6 +273,7 @@ class TcpSession(asyncio.Protocol):
         if protocol != 0 or not 2 <= size <= _LONGEST_BODY:
             transport.close()  # nobody can tell where the next request begins
             return False
+        # the size counts the unit identifier, which is the header's last byte
         end = _HEADER.size - 1 + size
         if len(self._received) < end:
             return False

@@ -120,7 +120,6 @@ def _weights(residual: Array, count: int) -> Array:
 # their noise. The answer is the right singular vector of the smallest singular value. Noise of
 # velocity and of acceleration is uncorrelated, as any stationary signal and its derivative are.
 
-
 _NOISY: Final = 2  # leading columns of the regressor that carry noise: acceleration and velocity
 # Least noise of the effort, over its rms; without any, no rule could divide the residual.
 _LEAST_EFFORT_NOISE: Final = 1e-6
@@ -270,7 +269,6 @@ def _std(regressor: Array, effort: Array, parameters: Array) -> Array:
 # filtered at half the cut-off. Its acceleration shares 7 % of the noise's power with the regressor.
 # That share of the bias remains and is added to the standard deviation.
 
-
 _ROUNDS_IV: Final = 20
 _NARROWER: Final = 0.5  # Cut-off of the position to follow, over that of the regressor
 # Share of the acceleration noise's power: ∫x⁴/(1 + x⁸)/(1 + (2x)⁸) over ∫x⁴/(1 + x⁸)².
@@ -332,7 +330,6 @@ def _instruments(problem: Problem, parameters: Array, course: Course) -> Array:
 # is unknown. The simulated one follows the filtered measured position, with stiff feedback and its
 # model's own feed-forward. So the fit depends almost only on the effort, and noise in the followed
 # position acts as in least squares. The simulation adds friction that sticks at reversals.
-
 
 _SMALLEST: Final = 1e-4  # least share of the effort that inertia and frictions may have
 # Step of the numerical derivatives, in shares: friction's events are not smooth below it.

@@ -110,7 +110,6 @@ if __name__ == "__main__":
 
 # The work that follows a motion, up to gains committed and verified, by stage.
 
-
 STAGES: Final = (
     "start",
     "connect",

@@ -13,7 +13,6 @@ from edge_ident.signals.scale_checks import LONG_M, SMALL_RAD, TURNS, check_iner
 
 # Numbers with a unit, as data sheets print them.
 
-
 _G_M_S2: Final = 9.80665
 # Units that no column of a recording has; a bare number is one of them.
 _ONLY_ON_SHEETS: Final = {
@@ -371,7 +370,6 @@ def _inertia_doubts(sheet: AxisSheet) -> Iterator[str]:
 # What data sheets say of an axis, and how it becomes the numbers of a drive description.
 #
 # Torques, inertias and speeds in rpm are the motor's; everything else is that of the axis.
-
 
 KINDS: Final = ("linear", "rotary")
 ENCODER_PLACES: Final = ("motor", "output", "table")

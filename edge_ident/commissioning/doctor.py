@@ -31,7 +31,6 @@ Array = NDArray[np.float64]
 
 # Is the link to a board fit for the job? Nothing is moved or written.
 
-
 _REQUESTS: Final = 200
 _PAUSE_S: Final = 0.008
 # Longest median: a page, which takes 35 ms to fill, is five times as long.

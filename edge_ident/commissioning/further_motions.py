@@ -29,7 +29,6 @@ from firmware_interface.motion import Multisine, Staircase, Trajectory, referenc
 # short. It is made smaller where the drive would need more effort, or fall further behind its path,
 # than is wise.
 
-
 LONGEST_S: Final = 8.0
 _SHORTEST_S: Final = 4.0
 # Share of effort and following error for a motion: feedback and lead-in need the rest.
@@ -146,7 +145,6 @@ def _fits(
 # to friction at the reversals of the first motion. And what changes with time goes on during it,
 # while the motion is another: that tells a drift from what depends on the motion, and one drift
 # from another.
-
 
 _TOLD: Final = 2  # lines that a sentence names, the strongest first
 

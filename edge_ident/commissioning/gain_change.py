@@ -80,6 +80,7 @@ def concluded(board: Board, trial: Trial, *, worth_a_write: bool) -> GainChange:
         A motion did not get to its end.
     """
     if not worth_a_write:
+        # the last motion was left to end by itself, and no further one ends it
         board.settle()
         log.info("not worth a write: nothing is written")
         return GainChange(confirmed=False, unchanged=True, promise=trial.promise)
@@ -118,6 +119,7 @@ def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
         The file names an axis that the board does not have.
     """
     for axis in file.gains:
+        # a board counts its axes by its own names; a file of another machine has others
         if axis not in active:
             raise DataError(
                 f"the file has gains of axis {axis}, the board has {', '.join(active)}",
@@ -183,6 +185,7 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
     check_drive(board, drive)
     motion = NamedMotion("sinusoid", named_trajectory(drive, "sinusoid", 1))
     with ready_to_move(board, observer.say):
+        # before any motion: the gains in force may be why somebody restores others
         write_gains(board, wanted)
         observer.stage("verification motion")
         after = verification_motion(board, motion, observer)

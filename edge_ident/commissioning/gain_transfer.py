@@ -121,6 +121,7 @@ def check_feedback(board: Board, wanted: Mapping[str, AxisGains]) -> tuple[str, 
 
 def change_factor(now: float, then: float) -> float:
     """How many times a positive number grows or shrinks; infinite to or from zero."""
+    # the board keeps 32-bit floats: what is the same there is no change
     if np.float32(now) == np.float32(then):
         return 1.0
     return max(now / then, then / now) if now > 0.0 and then > 0.0 else math.inf
@@ -200,6 +201,7 @@ def compare_gains(wanted: Mapping[str, AxisGains], got: Mapping[str, AxisGains])
         back = got[axis].numbers()
         for name, value in gains.numbers().items():
             read = back[name]
+            # to the last bit of what the board can hold: a tolerance would pass a wrong register
             if np.float32(value) != np.float32(read):
                 raise BoardError(
                     f"axis {axis}: active {name} reads back as {read!r}, not {value!r}",
@@ -247,6 +249,7 @@ def staged_kept(board: Board) -> Iterator[None]:
         yield
         if staged is not None:
             board.stage_gains(staged)
+    # Ctrl-C too must not cost somebody the gains that he staged
     except BaseException as reason:
         with deaf_to_interrupts():
             if staged is not None and not _staged_again(board, staged, reason):
@@ -263,6 +266,7 @@ def confirm_window_s(board: Board) -> float:
     with staged_kept(board):
         board.stage_gains(board.active_gains())
         board.commit()
+        # asked at once: it runs down from the commit on
         window_s = board.status().confirm_remaining_s
         board.roll_back()
     return window_s
@@ -280,7 +284,6 @@ def _staged_again(board: Board, staged: Bank, reason: BaseException) -> bool:
 
 
 # Gains as files: backups of a board's, and designs; both can be staged or restored.
-
 
 BACKUP_FILE: Final = "gains_before.json"
 """The backup of a run, in its folder."""

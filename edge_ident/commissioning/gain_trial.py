@@ -304,7 +304,6 @@ class Trial:
 # Source: Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans.
 # Audio and Electroacoustics 15 (1967).
 
-
 _STRETCH: Final = 256  # samples of a stretch; neighbours overlap by half
 # Amplitude over that of the noise from which it is no noise: a sensitivity of up to 2 is sound.
 _BEYOND_NOISE: Final = 3.0

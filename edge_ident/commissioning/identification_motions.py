@@ -37,7 +37,6 @@ log = logging.getLogger(__name__)
 # The work runs in a thread of its own. A computation that is out of time or interrupted ends where
 # it next tells its progress.
 
-
 Progress = Callable[[str, int, int], None]
 
 _LOOK_S: Final = 0.1  # between two looks at the time
@@ -324,7 +323,6 @@ def progress_on(study: Study) -> Progress:
 # No look comes before half a period, nor before every axis has gone both ways at half of the
 # highest speed that the motion asks for in that direction: friction at speeds that were not seen
 # would be extrapolated.
-
 
 _LOOKS_PER_PERIOD: Final = 20
 _IN_A_ROW: Final = 2

@@ -42,7 +42,6 @@ from firmware_interface.motion import Trajectory
 
 # What a latency profile says: percentiles of every stage, and whether the target is met.
 
-
 TARGET_MS: Final = 1000.0
 """Target for the time from the last captured sample to gains committed and read back."""
 

@@ -193,7 +193,6 @@ def _ask(device: str, description: str, hardware_id: str, baud_rate: int) -> Por
 # and what the device is called, as it was given and really. Which folders there are depends on how
 # a command was started (cron, su, a container), so the note stands in each that there is.
 
-
 _POLL_S: Final = 0.05
 _PRIVATE: Final = 0o700
 

@@ -35,7 +35,6 @@ _NO_MOTION: Final = "the range in which it is supported has no width"
 # straight lines to that effort, so what a table leaves is never more than what there was. Nothing
 # is sampled outside the range in which the term was supported.
 
-
 _PER_CELL: Final = 16  # samples of the effort between two entries
 # Weight of samples, of the sixteen of an inner entry, from which one can be told: an end of which a
 # third of the cell is supported.
@@ -489,7 +488,6 @@ def deadband_smoothing(width_doubt_nm: float, gain_margin: float) -> float:
 # They may hold named effects already. Then what repeats is added on their grid: the law is straight
 # between entries. It fades out with the speed as they do (`edge_ident.control.law_terms`), and no
 # entry goes beyond what the board takes.
-
 
 _CURVE, _TABLES = "friction_forward", "load_table"
 """Fields of the law, by which its curve and its tables are known."""

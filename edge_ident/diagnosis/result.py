@@ -123,7 +123,7 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class OutsideVibration:
-    """A sinusoid in time that shakes an axis during a recording (`model/external_vibration.py`).
+    """A sinusoid in time that shakes an axis during a recording (`model/rigid_body.py`).
 
     It is no property of the axis: neither a cause nor part of the model.
 

@@ -306,7 +306,6 @@ def _unrelated(columns: Columns, effort: Array) -> list[Finding]:
 # No model of a machine is right, and what it lacks may be too little to be noticed. This part
 # follows from the least that is noticed. It matters where noise is small.
 
-
 QUARTERS: Final = 4
 SMALLEST_EXCESS: Final = 0.002
 """Residual beyond noise, of the rms effort, from which a model lacks something: it moves a

@@ -184,7 +184,6 @@ class Instruments:
 #
 # All is to first order: terms are taken on top of the base model alone, as if their efforts add up.
 
-
 _STEP: Final = 1e-3  # relative step of derivatives: coarse enough for effects that act in jumps
 
 

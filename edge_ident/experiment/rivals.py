@@ -222,7 +222,6 @@ def form_of(found: Term) -> Form:
 #
 # d₀ = z + √(z² + n·(exp(g/n) - 1)), z = 2.33.
 
-
 DECIDED: Final = 0.99
 """Share of the records in which the diagnosis is to decide for the true one: its own level for what
 is very strong evidence."""

@@ -206,7 +206,6 @@ def scaled(motion: Multisine | Staircase, share: float) -> Multisine | Staircase
 # once more, each by itself, so that the result can say how far apart the best motion brings them.
 # The search is the same for the same input.
 
-
 _DRAWN: Final = 0.5  # share of the evaluations that draw new shapes; the others change the best
 # Distance over what is needed, from which changes may still separate a pair.
 _WITHIN_REACH: Final = 0.5

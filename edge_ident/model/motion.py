@@ -80,7 +80,6 @@ class Motion:
 
 # Sinusoids of position or time, powers, and what acts at one place.
 
-
 TURNS_RAD: Final = (2.0 * np.pi, np.pi)
 """Periods of what repeats once or twice per turn."""
 
@@ -139,7 +138,6 @@ def added(*parts: Array) -> Array:
 # It has the shape of the board's law: friction over speed for each direction, and a load and a
 # friction over position, straight between entries (`firmware_interface.control_law`). So what is
 # fitted to recordings is what a board can give. An entry that no sample reached stays at zero.
-
 
 OVER_SPEED, OVER_POSITION = 2 * FRICTION_ENTRIES, 2 * TABLE_ENTRIES
 

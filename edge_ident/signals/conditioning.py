@@ -421,7 +421,6 @@ def _range_within(signal: Array, width: int) -> Array:
 
 # What a recorded position tells of its encoder: resolution and noise.
 
-
 _ALWAYS: Final = 0.9  # share of samples in which an axis moves, from which rounding is white noise
 # Noise by sixth differences over that by third ones, below which the third ones hold motion. Of
 # white noise and of counts that follow each other slowly, it is 0.95 to 1.05.

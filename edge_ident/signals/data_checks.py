@@ -285,7 +285,6 @@ def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -
 # A file's columns pass these checks when they are read. A recording that a program makes in memory
 # passes them where it is first used, in a few passes over each array.
 
-
 MINIMUM_SAMPLES: Final = 200
 """Twice the points that every signal is subsampled to."""
 _POSITION_UNITS: Final = QUANTITIES["position"]

@@ -305,7 +305,6 @@ def _at_ends(degree: int) -> tuple[Array, Array]:
 # Recordings of a minute bear that. In hours at 1 kHz most samples tell nothing, and cost time and
 # memory.
 
-
 LONG: Final = 1 << 17
 """Samples from which a recording is long: two minutes at 1 kHz."""
 _PARTS: Final = 16

@@ -78,7 +78,6 @@ def _correlation(first: Array, second: Array) -> float:
 #
 # The orthonormal scaling and truncation are a reconstruction.
 
-
 _ANY_LENGTH: Final = 1 << 13
 POINTS: Final = 100
 """Length that the paper subsamples every signal to."""

@@ -252,7 +252,6 @@ def _noise(times: Array, position: Array) -> float:
 # The axis then seems to go twice as far in one sampling period as in those before and after: an
 # acceleration that no effort made. Where the position says so, the time that is missing is put in.
 
-
 _EVEN: Final = 0.05  # deviation of a step from whole sampling periods, up to which rows are even
 # Steps on either side that a step is compared with: one of them may be another loss.
 _BESIDE: Final = 3

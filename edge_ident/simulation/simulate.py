@@ -367,7 +367,6 @@ def _of_drive(values: Mapping[str, float | Array], drive: int) -> dict[str, floa
 
 # The built-in drive: its full flexible model as a plant of the loop, and its reduced model.
 
-
 DELAY_SHARE: Final = 0.2
 """Share of a sampling period from reading the encoders to the new effort: 0.5 of 2.5 ms."""
 

@@ -1,7 +1,6 @@
 """Files that appear whole or not at all, are read within limits, and hold JSON."""
 
 import errno
-import hashlib
 import json
 import math
 import os
@@ -285,5 +284,7 @@ def file_sha256(path: Path) -> str:
     OSError
         It cannot be read.
     """
+    import hashlib  # most commands hash nothing
+
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -75,6 +75,7 @@ class Commands:
 
     def command(self, opcode: int, token: int, argument: int, key: int) -> None:
         """Carry out or refuse a command; a token seen before is ignored."""
+        # the host repeats a command whose reply it lost: done once is enough
         if token in self._tokens:
             return
         self._tokens.append(token)
@@ -84,6 +85,7 @@ class Commands:
             self._machine.session.heard(key)
         if opcode == Opcode.QUICK_STOP:
             self._machine.session.stopped_by(key)
+        # anybody may stop the machine, whoever holds the board
         if held or opcode == Opcode.QUICK_STOP:
             if self._machine.handover.offered is not None:  # no sample has decided it: too late
                 self._machine.handover.end(Result.WRONG_STATE)
@@ -134,6 +136,7 @@ class Commands:
             return Result.DONE
         if machine.state not in (State.IDLE, State.ARMED, State.DONE, State.STOPPING):
             return Result.WRONG_STATE
+        # an axis without effort coasts: it is brought to rest first, and the host asks again
         if machine.moving:
             machine.bring_to_rest()
             return Result.NOT_AT_REST
@@ -153,6 +156,7 @@ class Commands:
         if machine.moving:
             return Result.NOT_AT_REST
         words = self._registers.words(TRAJECTORY_ADDRESS, TRAJECTORY_WORDS)
+        # the CRC is the host's word for what it wrote, in however many pieces
         trajectory = read_trajectory(words) if crc32(words) == crc else None
         if trajectory is None:
             return Result.BAD_TRAJECTORY
