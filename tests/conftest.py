@@ -6,6 +6,7 @@ import os
 import signal
 import time
 import uuid
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -93,10 +94,12 @@ OLDEST = (
 DURATIONS = Path(__file__).with_name("durations.txt")
 """Tests that take longer than a second or so: how long each took, in s, on a quiet core."""
 FLOORS = ("accuracy/",)
-"""Those that run however long they take."""
+"""Those that run however long they take, wherever --up-to is given."""
 _QUICK_S = 2.0
 _UP_TO = "EDGE_IDENT_TESTS_UP_TO"
 """Environment variable that tells the workers the longest test."""
+_ONE_OF_EACH = "EDGE_IDENT_TESTS_ONE_OF_EACH"
+"""The same: whether a test that is repeated with other values runs with one of them."""
 _FIRST = ("test_run.py", *LONG)
 """What begins, in this order."""
 
@@ -107,8 +110,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     parser.addoption(
         "--up-to", type=float, metavar="SECONDS",
-        help="only tests that take less by tests/durations.txt "
-        f"(default: {_QUICK_S:g} of the whole suite, all of files that are named)",
+        help="only tests that take less by tests/durations.txt (default: all of files that are "
+        f"named; of the whole suite {_QUICK_S:g}, and each test with one of its values)",
     )  # fmt: skip
 
 
@@ -118,8 +121,9 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ[THOROUGH] = "yes"
     if not hasattr(config, "workerinput"):  # workers do not know what was asked for
         whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
-        asked = config.getoption("--up-to") or (_QUICK_S if whole else math.inf)
-        os.environ[_UP_TO] = str(asked)
+        asked = config.getoption("--up-to")
+        os.environ[_UP_TO] = str(asked or (_QUICK_S if whole else math.inf))
+        os.environ[_ONE_OF_EACH] = "yes" if whole and not asked else ""
 
 
 @pytest.fixture(scope="session")
@@ -153,11 +157,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if not config.getoption("--thorough"):
         repeated = ["thorough", *(["stand_in"] if _measured().folder.is_dir() else [])]
         long = _longer_than(float(os.environ[_UP_TO]))
+        one_of_each = bool(os.environ[_ONE_OF_EACH])
         kept, left_out = [], []
         for item in items:
-            too_long = item.nodeid in long and not _place(item).startswith(FLOORS)
+            floor = _place(item).startswith(FLOORS)
+            too_long = one_of_each if floor else item.nodeid in long
             out = too_long or any(item.get_closest_marker(kind) for kind in repeated)
             (left_out if out else kept).append(item)
+        if one_of_each:
+            chosen = set(_one_of_each(kept))
+            left_out += [item for item in kept if item not in chosen]
+            kept = [item for item in kept if item in chosen]
         config.hook.pytest_deselected(items=left_out)
         items[:] = kept
     for item in items:
@@ -168,6 +178,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if place.startswith(places):
                 item.add_marker(group)
     items.sort(key=_turn)
+
+
+def _one_of_each(items: list[pytest.Item]) -> Iterator[pytest.Item]:
+    """Of a test with several values one, drawn by its name: so that all kinds of values are there,
+    and always the same."""
+    by_test: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        by_test.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for name, of_test in by_test.items():
+        yield of_test[zlib.crc32(name.encode()) % len(of_test)]
 
 
 def _longer_than(limit_s: float) -> set[str]:

@@ -318,7 +318,8 @@ def compare_estimators(network: Estimate, least_squares: Estimate) -> list[Findi
 # What of a recording was used, and what was done to it before anything was estimated.
 
 UNKNOWN_LIMIT: Final = 0.05
-"""Share of a record that is clipped or missing, above which the rest may be another motion."""
+"""Share of a record that is clipped, above which the rest may be another motion."""
+_MOST_MISSING: Final = 0.5  # share that is in gaps, above which most of the motion is unknown
 _FEW_UNKNOWN: Final = 0.001  # share of such samples below which it is not worth a sentence
 
 
@@ -384,9 +385,20 @@ def _of_stamps(stamp_jitter: float, lost_rows: int) -> list[Finding]:
 
 def _unknown(signals: Signals) -> list[Finding]:
     """Samples inside gaps of the time stamps, or with a clipped effort."""
-    share = signals.unknown_share
+    share, clipped = signals.unknown_share, signals.clipped_share
     if share < _FEW_UNKNOWN:
         return []
+    if clipped < _FEW_UNKNOWN:  # an effort that is clipped says less than one that is not there
+        return [
+            Finding(
+                "clipped_or_missing",
+                f"{share:.1%} of the recording lies in gaps of the time stamps; this part was not "
+                "used",
+                "record without pauses",
+                blocks=share > _MOST_MISSING,
+                contradicts=share > _MOST_MISSING,
+            )
+        ]
     return [
         Finding(
             "clipped_or_missing",

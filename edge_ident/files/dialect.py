@@ -260,6 +260,13 @@ def find_dialect(
     scored = sorted(((_score(way, lines), way) for way in tried), key=lambda s: -s[0])
     best, chosen = scored[0] if scored else (0.0, None)
     if chosen is None or best <= (_LEAST if delimiter is None else 0.0):
+        alone = [any(number.fullmatch(line.strip()) for number in _NUMBERS.values())
+                 for line in lines[1:]]  # fmt: skip
+        if alone and all(alone):
+            raise DataError(
+                f"{path}: it has one column of numbers, and an axis needs a position and an effort",
+                "record both, side by side, with the time or at a constant rate",
+            )
         raise DataError(
             f"{path}: no table of numbers found",
             "a row holds at least two numbers with a comma, semicolon, tab or blanks between, and "

@@ -13,7 +13,7 @@ from edge_ident.model.model import regressor, regressor_rows
 from edge_ident.signals.filters import differentiate, lowpass, parts_of
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Sampling
-from edge_ident.signals.time_stamps import EvenGrid
+from edge_ident.signals.time_stamps import EvenGrid, clipped
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,8 @@ class Signals:
     unknown_share : float
         Share of samples inside gaps of the time stamps, or where the effort is clipped. They are
         bridged like standstills.
+    clipped_share : float
+        The clipped ones of these; all of them, where the recording was decimated before.
     sampling : Sampling or None
         Of a recording that was decimated before.
     encoder_count : float
@@ -70,6 +72,7 @@ class Signals:
     moving: NDArray[np.bool_]
     acceleration_noise: float
     unknown_share: float = 0.0
+    clipped_share: float = 0.0
     sampling: Sampling | None = None
     encoder_count: float = 0.0
     position_noise: float = 0.0
@@ -124,9 +127,11 @@ def condition(
     period_s, motion = grid.period_s, None
     if sampling is not None:
         unknown, cutoff_hz = sampling.unknown, sampling.cutoff_hz
+        clipped_share = float(np.mean(unknown))
         count, noise = sampling.count, sampling.position_noise
     else:
         unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), np.bool_)
+        clipped_share = float(np.mean(clipped(effort))) if effort.ndim == 1 else 0.0
         position, effort = grid.resampled(position), grid.resampled(effort)
         count, noise = count_and_noise(position)
         cutoff_hz, motion = _cutoff_and_motion(position, period_s, noise)
@@ -148,6 +153,7 @@ def condition(
         acceleration_noise=acceleration_noise(noise, cutoff_hz, recorded_period_s)
         / acceleration_std,
         unknown_share=float(np.count_nonzero(unknown) / len(unknown)),
+        clipped_share=clipped_share,
         sampling=sampling,
         encoder_count=count,
         position_noise=noise,

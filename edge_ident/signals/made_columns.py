@@ -78,7 +78,13 @@ def on_one_clock(
     DataError
         The columns have no time in common.
     """
-    if TIME not in columns or not (sparse or effort_shift_s):
+    if TIME not in columns:
+        return OneClock(columns, (), first_row)
+    if repeated := _repeated(columns):
+        once = {name: values[~repeated[0]] for name, values in columns.items()}
+        made = on_one_clock(once, sparse, 0, effort_shift_s)
+        return replace(made, said=(repeated[1], *made.said))
+    if not (sparse or effort_shift_s):
         return OneClock(columns, (), first_row)
     known = {
         name: ~np.isnan(values) if name in sparse else np.ones(len(values), np.bool_)
@@ -93,6 +99,20 @@ def on_one_clock(
     if (one and not effort_shift_s) or not ordered:
         return _without_holes(columns, known, complete, first_row)
     return _resampled(columns, known, leading, effort_shift_s)
+
+
+def _repeated(columns: Mapping[str, Array]) -> tuple[Mask, str] | None:
+    """Rows that repeat the one before in every column, and what is said of them; None where a time
+    stands there again beside other values."""
+    again = np.diff(columns[TIME], prepend=np.nan) == 0.0
+    if not np.any(again):
+        return None
+    rows = np.flatnonzero(again)
+    for values in columns.values():
+        here, before = values[rows], values[rows - 1]
+        if not np.all((here == before) | (np.isnan(here) & np.isnan(before))):
+            return None
+    return again, f"{len(rows)} rows repeat the row before: left out"
 
 
 def _without_holes(

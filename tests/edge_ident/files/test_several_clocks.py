@@ -218,3 +218,23 @@ def test_null_in_parquet_is_an_empty_cell(tmp_path: Path) -> None:
     pq.write_table(pa.table(columns), path)
     assert edge_ident.inspect_recording(path).done == ("1 row has an empty cell: left out",)
     check(path, 0.001)
+
+
+def test_rows_that_are_written_twice_count_once(tmp_path: Path) -> None:
+    path = tmp_path / "twice.csv"
+    each = [text(values) for values in (TIME_S, position(TIME_S), effort(TIME_S))]
+    rows = lines(*(np.repeat(column, 2) for column in each))
+    path.write_text("time_s,x_position_rad,x_torque_nm\n" + rows, encoding="utf-8")
+    found = edge_ident.inspect_recording(path)
+    assert found.done == ("3000 rows repeat the row before: left out",)
+    np.testing.assert_allclose(found.recording().time_s, TIME_S, atol=1e-9)
+
+
+def test_a_time_that_stands_twice_beside_other_values_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "twice.csv"
+    rows = lines(
+        *(text(v) for v in (np.floor(500.0 * TIME_S) / 500.0, position(TIME_S), effort(TIME_S)))
+    )
+    path.write_text("time_s,x_position_rad,x_torque_nm\n" + rows, encoding="utf-8")
+    with pytest.raises(DataError, match="time goes from 0 to 0 s"):
+        edge_ident.load_recording(path)

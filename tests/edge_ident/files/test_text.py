@@ -117,7 +117,7 @@ BAD = {
     "empty": ("", "the file is empty"),
     "blank": ("\n \n\n", "the file is empty"),
     "no table": ("this is a letter\nand no table\n", "no table of numbers found"),
-    "one column": ("x\n1\n2\n3\n", "no table of numbers found"),
+    "one column": ("x\n1\n2\n3\n", "one column of numbers"),
     "ragged, short": (text_of(changed(20, "0,020;20,5")), "row 22: 2 values but 3"),
     "ragged, long": (text_of(changed(20, "0,020;20,5;1;2")), "row 22: 4 values but 3"),
     "a word": (text_of(changed(20, "0,020;oops;1")), r"row 22, column x \[mm\]: 'oops'"),
