@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.edge_ident.files.test_formats import POSITION_RAD, TIME_S, TORQUE_NM
-from tests.edge_ident.support.test_visible_text import ACTING, is_seen
+from tests.edge_ident.support.test_words import ACTING, is_seen
 
 NAME = "".join(ACTING[kind] for kind in ("a title of the window", "C1", "direction", "no width"))
 COMMAND = [sys.executable, "-m", "edge_ident"]

@@ -1,10 +1,14 @@
 """Bandwidth, even grid, standstills: what becomes of measured samples before estimation."""
 
+from typing import Final
+
 import numpy as np
 import pytest
 
 from edge_ident.signals import conditioning
+from edge_ident.signals.conditioning import at_rest, bridge, encoder_count, position_noise, widened
 from edge_ident.signals.filters import differentiate
+from edge_ident.signals.made_columns import unwrapped
 from edge_ident.signals.time_stamps import EvenGrid
 
 PERIOD_S = 0.0025
@@ -138,3 +142,84 @@ def test_an_axis_stands_where_the_range_of_a_window_is_small(width: int) -> None
         wanted[max(0, first - margin) : first + width + margin] = True
     found = conditioning.standing(position, 1.0, 1.0 / (width * PERIOD_S), PERIOD_S)
     np.testing.assert_array_equal(found, wanted)
+
+
+# Standstills and what is near them, against windows that are looked at one by one.
+
+
+@pytest.mark.parametrize("by", [1, 4, 31, 300])
+def test_a_mask_is_widened_to_both_sides(by: int) -> None:
+    mask = np.random.default_rng(by).random(200) < 0.01
+    marked = np.flatnonzero(mask)
+    expected = [np.any(np.abs(marked - sample) <= by) for sample in range(len(mask))]
+    np.testing.assert_array_equal(widened(mask, by), expected)
+
+
+@pytest.mark.parametrize(("width", "margin"), [(1, 0), (7, 0), (8, 5), (25, 12)])
+def test_a_rest_is_a_window_in_which_the_position_hardly_changes(width: int, margin: int) -> None:
+    rng = np.random.default_rng(width)
+    position = np.cumsum(rng.integers(0, 2, 300) * (np.arange(300) % 60 < 30))
+    expected = np.zeros(300, dtype=bool)
+    for begin in range(300 - width + 1):
+        if np.ptp(position[begin : begin + width]) <= 0.5:
+            expected[max(0, begin - margin) : begin + width + margin] = True
+    assert 0 < np.count_nonzero(expected) < 300 or width == 1
+    np.testing.assert_array_equal(at_rest(position, 0.5, width, margin), expected)
+
+
+def test_straight_lines_lead_over_a_rest() -> None:
+    moving = np.array([True, True, False, False, True, False])
+    signals = np.array([[0.0, 1.0, 9.0, 9.0, 4.0, 9.0], [0.0, 2.0, 9.0, 9.0, 8.0, 9.0]])
+    bridged = bridge(signals, moving)
+    np.testing.assert_allclose(bridged, [[0, 1, 2, 3, 4, 4], [0, 2, 4, 6, 8, 8]])
+
+
+# Noise of a position, told from its motion; a position that starts again.
+
+
+def sampled(rate_hz: float, noise: float, sampling_hz: float = 50.0) -> np.ndarray:
+    """A sinusoid of 0.1 rad with white noise."""
+    time_s = np.arange(3000) / sampling_hz
+    white = np.random.default_rng(5).standard_normal(len(time_s))
+    return 0.1 * np.sin(2.0 * np.pi * rate_hz * time_s) + noise * white
+
+
+@pytest.mark.parametrize("rate_hz", [0.3, 1.5, 2.5])
+def test_noise_is_no_part_of_a_fast_motion(rate_hz: float) -> None:
+    assert position_noise(sampled(rate_hz, 3e-5)) == pytest.approx(3e-5, rel=0.1)
+
+
+def test_noise_is_at_least_that_of_the_counts() -> None:
+    count = 1e-3
+    position = count * np.round(sampled(0.3, 0.0) / count)
+    assert encoder_count(position) == pytest.approx(count)
+    assert position_noise(position) == pytest.approx(count / np.sqrt(12.0), rel=0.15)
+
+
+TURNS: Final = 60.0 * sampled(0.2, 0.0)
+"""Of 12 rad, rounded by whoever prints it."""
+
+
+@pytest.mark.parametrize(
+    ("turn", "unit", "count"),
+    [
+        (2.0 * np.pi, "rad", 1e-5),
+        (4.0 * np.pi, "rad", 4.0 * np.pi / 65536),
+        (256 * 2e-3, "rad", 2e-3),
+        (0.3, "m", 1e-9),
+    ],
+)
+def test_a_position_that_starts_again_goes_on(turn: float, unit: str, count: float) -> None:
+    scale = turn / (2.0 * np.pi)
+    position = count * np.round(scale * TURNS / count)
+    whole, found, times = unwrapped((position + 0.3 * turn) % turn, unit)
+    assert times > 10
+    assert found == pytest.approx(turn, rel=1e-4 if unit == "m" else 1e-12)
+    np.testing.assert_allclose(whole - whole[0], position - position[0], atol=1e-3 * turn)
+
+
+def test_lost_counts_and_a_spike_are_no_turn() -> None:
+    lost, spike = TURNS + 9.0 * (np.arange(3000) > 1500), TURNS.copy()
+    spike[1234] += 40.0
+    for position in (TURNS, lost, spike, np.zeros(0)):
+        assert unwrapped(position, "rad")[0] is position

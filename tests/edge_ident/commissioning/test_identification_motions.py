@@ -1,6 +1,8 @@
 """A motion that ends once its parameters are known: when, what is kept of it, how it stops."""
 
+import _thread
 import html
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +13,21 @@ from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.capture import capture_motion, come_to_rest, partial_file
 from edge_ident.commissioning.drawn_loads import beginning
 from edge_ident.commissioning.gain_trial import MotionBefore
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE, Looks, Widest, earliest_s
+from edge_ident.commissioning.identification_motions import (
+    CAPTURE_FILE,
+    Budget,
+    Looks,
+    OutOfTimeError,
+    Progress,
+    Widest,
+    computed,
+    earliest_s,
+)
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
-from edge_ident.errors import BoardError, ModelError
+from edge_ident.errors import BoardError, DataError, ModelError
+from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.report.page.run_page import write_run_page
@@ -233,3 +246,114 @@ def test_the_beginning_of_a_recording_keeps_its_axes(short) -> None:
     first = beginning(recording, 100)
     assert len(first.time_s) == len(first.axes["x"].reference) == 100
     assert np.array_equal(first.axes["z"].effort, recording.axes["z"].effort[:100])
+
+
+# The identification before the motion: on as many samples, and of no consequence.
+
+
+@pytest.fixture
+def looked_at(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Recording, Identification]]:
+    """Recordings that are identified, and what is found."""
+    seen: list[tuple[Recording, Identification]] = []
+
+    def seeing(recording: Recording, *given: object, **named: object) -> Identification:
+        found = identify(recording, *given, **named)
+        seen.append((recording, found))
+        return found
+
+    monkeypatch.setattr(identification_motions, "identify", seeing)
+    return seen
+
+
+def test_a_run_rehearses_on_as_many_samples_as_it_captures(
+    looked_at: list[tuple[Recording, Identification]], tmp_path: Path
+) -> None:
+    board = Board.connect(VirtualBoard())
+    commission(board, brief_drive(), None, Plan(write=False), tmp_path, Silent())
+    (rehearsed, _), (captured, _) = looked_at[:2]
+    assert rehearsed.source == "rehearsal"
+    assert captured.source != "rehearsal"
+    np.testing.assert_allclose(rehearsed.time_s, captured.time_s)
+
+
+def test_everything_that_follows_a_motion_is_rehearsed_the_network_too(
+    looked_at: list[tuple[Recording, Identification]], tmp_path: Path
+) -> None:
+    drive, board = load_drive(), Board.connect(VirtualBoard())
+    study = Plan().study(board, drive, load_network(), tmp_path, Silent())
+    identification_motions.rehearse(study, named_trajectory(drive, "sinusoid", None))
+    [(_, found)] = looked_at
+    assert all(axis.network is not None for axis in found.axes.values())
+
+
+def test_a_motion_that_tells_nothing_is_not_refused_by_its_rehearsal(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The recording may be better, and says itself what it lacks."""
+
+    def refused(*_: object, **__: object) -> Identification:
+        raise DataError("only 3 independent samples show the axis in motion", "move longer")
+
+    drive, board = load_drive(), Board.connect(VirtualBoard())
+    study = Plan().study(board, drive, None, tmp_path, Silent())
+    monkeypatch.setattr(identification_motions, "identify", refused)
+    identification_motions.rehearse(study, named_trajectory(drive, "sinusoid", None))
+
+
+# A long computation beside a board ends when time is up, or with Ctrl-C.
+
+
+def nothing(stage: str, done: int, total: int) -> None: ...
+
+
+def test_what_is_computed_comes_back_and_its_time_is_taken_from_the_budget() -> None:
+    def work(progress: Progress) -> str:
+        progress("diagnosis", 0, 1)
+        return "found"
+
+    budget = Budget(60.0)
+    assert computed(work, budget, nothing) == "found"
+    assert 0.0 < budget.left_s < 60.0
+
+
+def test_an_error_of_the_work_is_raised_where_it_is_waited_for() -> None:
+    def work(progress: Progress) -> None:
+        raise ValueError("it")
+
+    with pytest.raises(ValueError, match="it"):
+        computed(work, Budget(), nothing)
+
+
+def test_out_of_time_it_ends_at_its_next_progress_and_nothing_is_left_of_the_budget() -> None:
+    go, ended = threading.Event(), threading.Event()
+
+    def work(progress: Progress) -> None:
+        go.wait(10.0)
+        try:
+            progress("diagnosis", 1, 2)
+        finally:
+            ended.set()
+
+    budget = Budget(0.0)
+    with pytest.raises(OutOfTimeError, match="not done within 0 s"):
+        computed(work, budget, nothing)
+    go.set()
+    assert ended.wait(10.0)
+    assert budget.left_s < 0.0
+
+
+def test_an_interruption_ends_it_too() -> None:
+    go, ended = threading.Event(), threading.Event()
+
+    def work(progress: Progress) -> None:
+        _thread.interrupt_main()
+        go.wait(10.0)
+        try:
+            progress("diagnosis", 1, 2)
+        finally:
+            ended.set()
+
+    with pytest.raises(KeyboardInterrupt):
+        computed(work, Budget(), nothing)
+    go.set()
+    assert ended.wait(10.0)

@@ -12,18 +12,24 @@ import pytest
 from rich.console import Console
 
 from edge_ident.commissioning import separation
-from edge_ident.commissioning.further_motions import livelier_motion
+from edge_ident.commissioning.further_motions import lines_in_doubt, livelier_motion
 from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
 from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.result import AxisDiagnosis, OutsideVibration
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import Identification
 from edge_ident.report.run_tables import outcome_view
 from edge_ident.signals.recording_files import load_recording
+from edge_ident.simulation.simulate import simulate
 from firmware_interface.board import Board
 from firmware_interface.motion import Multisine, SineComponent, Trajectory, reference
 from firmware_interface.plant import Hidden
 from firmware_interface.virtual.board import VirtualBoard
+from tests.edge_ident.diagnosis.hand_made import axis
 from tests.short_runs import Listening, Silent
 
 
@@ -195,3 +201,27 @@ def test_a_livelier_motion_that_the_board_refuses_is_not_made(
     assert not status.enabled
     assert not status.unconfirmed  # what was confirmed before it stays
     assert len(load_recording(tmp_path / "capture.npz").time_s) == 8742
+
+
+# Lines above the band that alone keep an axis from being explained ask for a second motion.
+
+LINES = (SpectralLine(None, 9.7, 0.1, 0.01), SpectralLine(None, 14.2, 0.2, 0.01))
+
+
+def doubts(diagnosis: AxisDiagnosis) -> dict[str, tuple[str, ...]]:
+    sound = identify(simulate(), diagnose=False)
+    return lines_in_doubt(
+        Identification({"x": replace(sound.axes["x"], diagnosis=diagnosis)}, sound.timing_ms)
+    )
+
+
+def test_a_line_alone_is_in_doubt() -> None:
+    made = axis(Verdict.UNEXPLAINED)
+    within = replace(made.extended, fitted=made.noise_floor)
+    alone = replace(made, lines=LINES, extended=within)
+    said = "the origin of an amplitude of 0.2 at 14.2 Hz and an amplitude of 0.1 at 9.7 Hz"
+    assert doubts(alone) == {"x": (said,)}
+    assert doubts(replace(alone, verdict=Verdict.EXPLAINED)) == {}
+    vibrating = replace(alone, external_vibrations=(OutsideVibration(3.0, 0.1, "a.csv"),))
+    assert doubts(vibrating) == {}, "no motion tells more of what shakes the axis"
+    assert doubts(replace(alone, extended=replace(within, fitted=0.2))) == {}

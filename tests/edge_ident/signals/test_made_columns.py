@@ -11,6 +11,8 @@ from edge_ident.signals.made_columns import with_integrated_speed
 from tests.edge_ident.signals.test_effort_encoding import EFFORT, POSITION, TIME_S, TRUE, VELOCITY
 
 Array = NDArray[np.float64]
+
+
 RPM = 30.0 / np.pi
 
 
