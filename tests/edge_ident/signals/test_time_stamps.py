@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import edge_ident
 from edge_ident.signals.conditioning import condition
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.time_stamps import EvenGrid, clipped, stale, with_even_rows, with_lost_rows
@@ -196,3 +197,22 @@ def test_clipped_samples_and_what_the_filter_mixes_with_them_do_not_count() -> N
     assert cut.unknown_share == pytest.approx(np.mean(effort > 2.5), abs=1e-3)
     assert not np.any(cut.moving[effort > 2.5])
     assert np.max(np.abs(cut.effort - full.effort)[cut.moving]) < 0.02
+
+
+def test_gaps_leave_the_rest_trusted() -> None:
+    recording = edge_ident.simulate(edge_ident.reduced_model(), "multisine", cycles=1)
+    samples = len(recording.time_s)
+    there = np.ones(samples, np.bool_)
+    there[samples // 4 : samples // 3] = False
+    gaps = edge_ident.Recording(
+        recording.time_s[there],
+        {
+            name: edge_ident.AxisRecord(axis.position[there], axis.effort[there], "rad", "N*m")
+            for name, axis in recording.axes.items()
+        },
+        "gaps",
+    )
+    for axis in edge_ident.identify(gaps, diagnose=False).axes.values():
+        (found,) = [one for one in axis.findings if one.code == "clipped_or_missing"]
+        assert "% of the recording lies in gaps" in found.message
+        assert axis.trusted
