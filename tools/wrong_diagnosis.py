@@ -31,13 +31,7 @@ from edge_ident.model.effects import catalogue, random_term
 from edge_ident.model.model import AxisModel, Estimate, Model, Term, base_axis, effect_names
 from firmware_interface.motion import reference
 from tests.short_runs import Silent, brief_drive
-from tools.judged_machines import (
-    JudgedMachine,
-    judged_machine,
-    third_motion,
-    why,
-    worse_by,
-)
+from tools.judged_machines import JudgedMachine, judged_machine, third_motion, why, worse_by
 
 Array = NDArray[np.float64]
 

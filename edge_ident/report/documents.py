@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import (
-    AxisIdentification,
-    Identification,
-    ParameterSource,
-)
+from edge_ident.identification.result import AxisIdentification, Identification, ParameterSource
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording

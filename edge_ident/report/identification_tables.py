@@ -9,11 +9,7 @@ from rich.text import Text
 
 from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.present.wording import timing_sentence, values
-from edge_ident.identification.result import (
-    AxisIdentification,
-    Identification,
-    ParameterSource,
-)
+from edge_ident.identification.result import AxisIdentification, Identification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.support.console import FittingTable

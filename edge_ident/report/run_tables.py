@@ -10,10 +10,7 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import GainChange, Verification
 from edge_ident.model.model import Model
-from edge_ident.report.answer import (
-    model_lines,
-    remarks,
-)
+from edge_ident.report.answer import model_lines, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
 from edge_ident.report.gain_report import promise_view
 from edge_ident.report.gain_rows import gain_rows

@@ -5,13 +5,7 @@ from typing import Final
 
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS, LARGEST_SHARE
-from edge_ident.fleet.result import (
-    Comparison,
-    StandsOut,
-    Survey,
-    SurveyedAxis,
-    SurveyedRecording,
-)
+from edge_ident.fleet.result import Comparison, StandsOut, Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.report.page.wording import unit_text
 
 JUDGED: Final = (

@@ -31,11 +31,7 @@ from firmware_interface.board_identification import (
     read_identification,
 )
 from firmware_interface.connection import open_link
-from firmware_interface.registers import (
-    AXES,
-    IdentificationReason,
-    IdentificationState,
-)
+from firmware_interface.registers import AXES, IdentificationReason, IdentificationState
 from tests.export.c_builds import PROGRAMS, needs
 from tests.export.identification_builds import (
     BOARD,

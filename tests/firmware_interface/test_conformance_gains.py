@@ -10,13 +10,7 @@ from conformance_boards import ask, put_gains, refused_value, start, until, unti
 from firmware_interface.board import Board
 from firmware_interface.codec import addresses, crc32, encode
 from firmware_interface.errors import BoardError
-from firmware_interface.gains import (
-    AxisGains,
-    bank_spans,
-    encode_gains,
-    span_of,
-    staged_writes,
-)
+from firmware_interface.gains import AxisGains, bank_spans, encode_gains, span_of, staged_writes
 from firmware_interface.registers import STORE_SIGNATURE, Opcode, Result, State
 
 LONG = replace(long_motion(), lead_in_s=2.0)

@@ -5,14 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from board_bench import NEW, long_motion
-from conformance_boards import (
-    command,
-    put_gains,
-    refused_value,
-    sines,
-    start,
-    until,
-)
+from conformance_boards import command, put_gains, refused_value, sines, start, until
 
 from firmware_interface.board import Board, CapturePage
 from firmware_interface.codec import decode_page

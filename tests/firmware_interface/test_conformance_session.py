@@ -21,14 +21,7 @@ from firmware_interface.board import Board
 from firmware_interface.codec import crc32, encode
 from firmware_interface.errors import StoppedError
 from firmware_interface.gains import encode_gains, staged_writes
-from firmware_interface.registers import (
-    MAP_CRC,
-    REGISTERS,
-    Fault,
-    Opcode,
-    Result,
-    State,
-)
+from firmware_interface.registers import MAP_CRC, REGISTERS, Fault, Opcode, Result, State
 
 BUSY, ILLEGAL_VALUE = 6, 3
 MINE, FOREIGN = 0x12345678, 0x0BADC0DE

@@ -20,14 +20,7 @@ from conformance_boards import (
 
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.codec import encode
-from firmware_interface.registers import (
-    MAP_CRC,
-    REGISTERS,
-    Fault,
-    Opcode,
-    State,
-    WatchdogAction,
-)
+from firmware_interface.registers import MAP_CRC, REGISTERS, Fault, Opcode, State, WatchdogAction
 
 BUSY = 6
 FOREIGN = 0x0BADC0DE

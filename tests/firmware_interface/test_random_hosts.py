@@ -13,13 +13,7 @@ from witness import EffortWatch
 
 from firmware_interface.codec import addresses, crc32, encode, encode_trajectory
 from firmware_interface.errors import BoardError
-from firmware_interface.gains import (
-    Bank,
-    bank_spans,
-    decode_gains,
-    encode_gains,
-    staged_writes,
-)
+from firmware_interface.gains import Bank, bank_spans, decode_gains, encode_gains, staged_writes
 from firmware_interface.motion import Multisine, SineComponent, Staircase, Trajectory
 from firmware_interface.registers import MAP_CRC, REGISTERS, Opcode, Result, State
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S

@@ -14,11 +14,7 @@ from law_cases import drawn_gains
 from firmware_interface.codec import crc32
 from firmware_interface.errors import BoardError
 from firmware_interface.gains import AxisGains, Bank, encode_gains
-from firmware_interface.motion import (
-    Multisine,
-    SineComponent,
-    Trajectory,
-)
+from firmware_interface.motion import Multisine, SineComponent, Trajectory
 from firmware_interface.registers import AXES, Fault, Opcode, Result, State
 from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM, SAMPLE_PERIOD_S, DriveSample
 from firmware_interface.virtual.machine import settings_sound

@@ -16,11 +16,7 @@ from law_cases import drawn_gains
 
 from firmware_interface.control_law import CARRY_TIME_S, Memory
 from firmware_interface.gains import AxisGains
-from firmware_interface.motion import (
-    stop_acceleration_rad_s2,
-    stop_duration_s,
-    stopping_reference,
-)
+from firmware_interface.motion import stop_acceleration_rad_s2, stop_duration_s, stopping_reference
 from firmware_interface.registers import AXES
 from firmware_interface.virtual.controller import AxisController, Setpoint, Transfer, transfer
 from firmware_interface.virtual.drive import RAD_PER_COUNT, SAMPLE_PERIOD_S

@@ -25,9 +25,7 @@ from firmware_interface.registers import (
 from firmware_interface.virtual import setpoints
 from firmware_interface.virtual.board import VirtualBoard, WallClock
 from firmware_interface.virtual.drive import RAD_PER_COUNT
-from firmware_interface.virtual.settings import (
-    DEFAULT_LIMITS,
-)
+from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 
 @pytest.mark.parametrize("action", list(WatchdogAction))

@@ -29,11 +29,7 @@ from firmware_interface.plant.drives import LEAD
 from firmware_interface.plant.electric_effects import RecordDelay
 from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 from tools.diagnosis_benchmark.cases import BATCH_DRIVES, DRAWN, Batch, Case
-from tools.diagnosis_benchmark.measuring import (
-    ABOVE_BAND,
-    added_share,
-    variance_ratio,
-)
+from tools.diagnosis_benchmark.measuring import ABOVE_BAND, added_share, variance_ratio
 from tools.diagnosis_benchmark.reach import MeasurementNoise, Trace
 
 Array = NDArray[np.float64]

@@ -15,21 +15,9 @@ from edge_ident.model.model_files import unit_of
 from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
 from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.loop_charts import loop_chart
-from edge_ident.report.page.map_charts import (
-    Axes,
-    cause_chart,
-    followed,
-    quantities,
-    residual_map,
-)
+from edge_ident.report.page.map_charts import Axes, cause_chart, followed, quantities, residual_map
 from edge_ident.report.page.recordings_at_fault import TOGETHER, of_recordings
-from edge_ident.report.page.time_charts import (
-    busiest,
-    effort_chart,
-    models,
-    reach,
-    residual_chart,
-)
+from edge_ident.report.page.time_charts import busiest, effort_chart, models, reach, residual_chart
 from edge_ident.report.page.wording import (
     all_of,
     counted,

@@ -20,19 +20,8 @@ from edge_ident.report.page.rendering import write_html
 from edge_ident.report.page.run_card import run_card
 from edge_ident.report.page.run_charts import identified_charts, tracking_chart
 from edge_ident.report.page.run_found_out import found_out, peaks_table
-from edge_ident.report.page.run_promise import (
-    effects_said,
-    notices,
-    promise_picture,
-    promise_table,
-)
-from edge_ident.report.page.wording import (
-    digits,
-    minus,
-    sentence,
-    unit_text,
-    with_interval,
-)
+from edge_ident.report.page.run_promise import effects_said, notices, promise_picture, promise_table
+from edge_ident.report.page.wording import digits, minus, sentence, unit_text, with_interval
 from edge_ident.signals.recording_files import load_recording
 
 if TYPE_CHECKING:

@@ -12,15 +12,7 @@ from firmware_interface.board import Board
 from firmware_interface.gains import AxisGains
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.settings import DEFAULT_LIMITS
-from tests.edge_ident.control.cured import (
-    BACKLASH,
-    CURED,
-    HARDWARE,
-    RANGE,
-    WAVES,
-    axis,
-    term,
-)
+from tests.edge_ident.control.cured import BACKLASH, CURED, HARDWARE, RANGE, WAVES, axis, term
 
 
 def test_what_is_not_known_to_hold_somewhere_is_left_out() -> None:

@@ -14,15 +14,7 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
 from firmware_interface.control_law import Memory, deadband_nm, exact_effort_nm, feedforward_nm
 from firmware_interface.motion import Reference
-from tests.edge_ident.control.cured import (
-    BACKLASH,
-    CURED,
-    HARDWARE,
-    LATE_S,
-    RANGE,
-    axis,
-    term,
-)
+from tests.edge_ident.control.cured import BACKLASH, CURED, HARDWARE, LATE_S, RANGE, axis, term
 
 PERIOD_S = HARDWARE.sample_period_s
 

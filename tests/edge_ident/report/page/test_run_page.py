@@ -7,13 +7,7 @@ from typing import Any
 
 import pytest
 
-from edge_ident.commissioning.promise import (
-    Errors,
-    Expected,
-    ExpectedErrors,
-    Promise,
-    Promised,
-)
+from edge_ident.commissioning.promise import Errors, Expected, ExpectedErrors, Promise, Promised
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.control.compensation import Unused, Used
