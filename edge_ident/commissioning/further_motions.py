@@ -170,7 +170,7 @@ def lines_in_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
     said: dict[str, tuple[str, ...]] = {}
     for name, axis in found.axes.items():
         diagnosis = axis.diagnosis
-        if diagnosis is None or diagnosis.verdict is not Verdict.UNEXPLAINED:
+        if diagnosis is None or diagnosis.verdict.complete:
             continue
         if diagnosis.external_vibrations or structure_in_band(diagnosis):
             continue

@@ -12,6 +12,8 @@ from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
 from edge_ident.diagnosis.budget.account import error_budget
 from edge_ident.diagnosis.budget.prepared import missed
+from edge_ident.diagnosis.curves_in_model import with_curves
+from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
 from edge_ident.diagnosis.fit.friction_line import friction_line
 from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
@@ -119,9 +121,12 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
     again = _in_wider_band(problem) if is_open(found.axis, found.verdict) else None
     if again is not None and settles(again.axis, found.axis, found.verdict):
         found = again
-    unexplained = found.axis.verdict is Verdict.UNEXPLAINED
-    differ = _own_timing(problem, found.axis.model) if unexplained else []
-    return replace(found.axis, findings=(*differ, *found.axis.findings)), found.validation
+    axis = found.axis
+    if axis.verdict is Verdict.UNEXPLAINED:
+        differ = _own_timing(problem, axis.model)
+        verdict = Verdict.PARTLY_EXPLAINED if axis.causes or axis.curves else axis.verdict
+        axis = replace(axis, verdict=verdict, findings=(*differ, *axis.findings))
+    return axis, found.validation
 
 
 def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
@@ -171,6 +176,7 @@ class _Outcome:
     search: AxisSearch
     base: FittedModel
     carried: Judged
+    curves: tuple[AgreeingCurve, ...]
     above: float
 
 
@@ -198,7 +204,7 @@ def _in_band(problem: AxisProblem) -> _Found:
     known = with_ripples(template, content, tolerance)
     found = _without_orders(found, known, (*out_of_step, *doubtful))
     data, start = found.data, found.selected.start
-    carried = Judged(found.judged.supported.without_vibrations(data))
+    carried, other = Judged(found.judged.supported.without_vibrations(data)), None
     if problem.validates:
         other = problem.prepared(problem.validates, carried.supported.model.axis)
         model = carried.supported.model
@@ -206,7 +212,11 @@ def _in_band(problem: AxisProblem) -> _Found:
         if carried.unexplained or carried.suspected:
             found = _with_other_zero(problem, found, shift_of_zero(data, other, model, tolerance))
     base = start if start.template is template else fitted_base(data, template)
-    result = _axis_diagnosis(_Outcome(found, base, carried, content.missed), known, recordings)
+    curves: tuple[AgreeingCurve, ...] = ()
+    if carried.verdict(found.judged.verdict) is Verdict.UNEXPLAINED and not found.blocked:
+        carried, curves = with_curves(data, other, carried, found.floor)
+    outcome = _Outcome(found, base, carried, curves, content.missed)
+    result = _axis_diagnosis(outcome, recordings)
     result_everywhere = with_band_content(result, content, template, tolerance)
     return _Found(result_everywhere, carried.validation, result.verdict)
 
@@ -230,9 +240,7 @@ def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, .
     return replace(found, judged=replace(judged, supported=supported, suspected=suspected))
 
 
-def _axis_diagnosis(
-    outcome: _Outcome, template: AxisModel, recordings: Sequence[Recording]
-) -> AxisDiagnosis:
+def _axis_diagnosis(outcome: _Outcome, recordings: Sequence[Recording]) -> AxisDiagnosis:
     search, base = outcome.search, outcome.base
     data, judged, selected = search.data, search.judged, search.selected
     model = outcome.carried.supported.model
@@ -242,7 +250,6 @@ def _axis_diagnosis(
     extended = replace(model_fit(data, model, deviations), effective=line)
     found, minor = _named(outcome, deviations, recordings)
     seen = traces(data, base, model, contributions(data, model))
-    units = (template.position_unit, template.effort_unit)
     written = outcome.carried.carried((*found, *minor))
     return AxisDiagnosis(
         verdict=outcome.carried.verdict(judged.verdict),
@@ -258,12 +265,13 @@ def _axis_diagnosis(
         timing=timing(data, model),
         noise_floor=search.floor.rms / nonzero_rms(data.effort[data.valid]),
         noise_floor_source=search.floor.source,
-        model=written_model(template, extended.estimate, written, data),
+        model=written_model(model.template, extended.estimate, written, data),
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=seen,
+        curves=outcome.curves,
         budget=error_budget(
-            missed(data, base, search.floor, units, seen.contributions, outcome.above)
+            missed(data, base, search.floor, model.axis.units, seen.contributions, outcome.above)
         ),
         findings=with_unrecorded_axes(search.checks, recordings, data, model, search.floor),
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model.model import Term
 from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed, spoken
 
@@ -70,6 +71,33 @@ class BudgetCurve:
         low, high = float(np.min(self.values)), float(np.max(self.values))
         unit = self.unit.replace("*", "·")
         return f"{self.what} {low:+.2g} to {high:+.2g} {unit}".replace("-", "\N{MINUS SIGN}")
+
+
+@dataclass(frozen=True)
+class AgreeingCurve:
+    """A curve in the extended model: every part of the recordings predicts the others better by it.
+
+    Attributes
+    ----------
+    term : Term
+        It as a table (`edge_ident.model.measured_curves`).
+    curve : BudgetCurve
+        With its band.
+    share : float
+        Rms of its effort beyond the base model, over that of the whole effort.
+    """
+
+    term: Term
+    curve: BudgetCurve
+    share: float
+
+    def document(self) -> dict[str, Any]:
+        """For scripts."""
+        source = {} if self.term.source_axis is None else {"source_axis": self.term.source_axis}
+        return {"effect": self.term.effect, **source, "share": self.share, **self.curve.document()}
+
+    def __str__(self) -> str:
+        return f"{self.curve} over {self.curve.over}"
 
 
 @dataclass(frozen=True)

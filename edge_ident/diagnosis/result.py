@@ -7,18 +7,19 @@ figures of one table have one denominator.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.error_budget import ErrorBudget
+from edge_ident.diagnosis.error_budget import ABOVE_BAND, AgreeingCurve, ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Validation
 from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.model.motion import NO_SHIFT, Timing
+from edge_ident.signals.metrics import rms
 from edge_ident.support.rows import Readable
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from edge_ident.support.rows import Table
 
 Array = NDArray[np.float64]
+
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ class AxisDiagnosis:
     Attributes
     ----------
     verdict : Verdict
-        Adequate, explained or unexplained.
+        Adequate, explained, partly explained or unexplained.
     causes : tuple of Cause
         Strongest first.
     refused : tuple of Refused
@@ -176,6 +179,9 @@ class AxisDiagnosis:
         Frequency above which encoder noise dominates and the filter attenuates.
     suspected : tuple of Cause
         Causes that the acceptance rule does not support; outside the model. `decision` says why.
+    curves : tuple of AgreeingCurve
+        What no cause accounts for and yet comes back, as tables of the extended model, the largest
+        first.
     minor : tuple of Cause
         Certain causes below the tolerance, and what the chain of a sound drive has as well.
     timing : Timing
@@ -210,6 +216,7 @@ class AxisDiagnosis:
     knee_hz: float
     traces: Traces = field(repr=False)
     suspected: tuple[Cause, ...] = ()
+    curves: tuple[AgreeingCurve, ...] = ()
     minor: tuple[Cause, ...] = ()
     timing: Timing = NO_SHIFT
     share_in_band: float = 1.0
@@ -225,8 +232,23 @@ class AxisDiagnosis:
 
     @property
     def in_model(self) -> tuple[Cause, ...]:
-        """All by which the extended model differs from the base model."""
+        """Causes by which the extended model differs from the base model."""
         return (*self.causes, *self.minor_in_model)
+
+    @property
+    def explained_share(self) -> float:
+        """Share of the mean square of what the base model misses that the extended model takes off;
+        what lies above the band is missed, too."""
+        if not self.traces.valid.any():
+            return 0.0
+        left = rms((self.traces.effort - self.traces.extended_effort)[self.traces.valid])
+        in_band = 1.0 - self.budget.share(ABOVE_BAND)
+        return max(in_band - (left / max(self.budget.missed, _TINY)) ** 2, 0.0)
+
+    @property
+    def extends_base(self) -> bool:
+        """Whether the extended model is another one than the base model."""
+        return bool(self.in_model or self.curves)
 
     @property
     def base_is_enough(self) -> bool:
@@ -273,7 +295,7 @@ class Diagnosis(Readable):
     @property
     def understood(self) -> bool:
         """Whether no axis has structure left that no known effect explains."""
-        return all(axis.verdict is not Verdict.UNEXPLAINED for axis in self.axes.values())
+        return all(axis.verdict.complete for axis in self.axes.values())
 
     @property
     def budget(self) -> Mapping[str, ErrorBudget]:

@@ -61,7 +61,7 @@ def _unasked(cause: Cause, asked: Collection[Question]) -> Cause:
 def without_causes(axis: AxisDiagnosis) -> AxisDiagnosis:
     """The diagnosis of an axis whose base model is enough."""
     base = replace(axis.model, terms=axis.model.terms[:1])
-    return replace(axis, causes=(), suspected=(), minor=(), not_testable=(), model=base)
+    return replace(axis, causes=(), suspected=(), minor=(), curves=(), not_testable=(), model=base)
 
 
 def explanations(axis: AxisDiagnosis) -> frozenset[str]:
@@ -75,10 +75,10 @@ def explanations(axis: AxisDiagnosis) -> frozenset[str]:
 
 
 def structure_in_band(axis: AxisDiagnosis) -> bool:
-    """Whether an axis is unexplained by what its residual holds in the band of the comparison: more
-    than `edge_ident.diagnosis.select.acceptance.structure_left` takes for noise."""
+    """Whether the residual of an axis that is not explained holds more, in the band of the
+    comparison, than `edge_ident.diagnosis.select.acceptance.structure_left` takes for noise."""
     enough = float(np.hypot(axis.noise_floor, TOLERANCE))
-    return axis.verdict is Verdict.UNEXPLAINED and axis.extended.fitted > enough
+    return not axis.verdict.complete and axis.extended.fitted > enough
 
 
 def tied_to_time(axis: AxisDiagnosis) -> bool:

@@ -72,7 +72,7 @@ def diagnose_together(
         earlier = before.get(name)
         together = _diagnosed(recordings, name, recordings[0], model, on_progress)
         together = _without_own_lines(together, earlier, recordings[-1], name)
-        if earlier is None or together.verdict is not Verdict.UNEXPLAINED:
+        if earlier is None or together.verdict.complete:
             return together
         if not tied_to_time(earlier):
             return together

@@ -61,7 +61,7 @@ class SurveyedAxis:
     source : str
         Which estimate they are: `parameters_from` of `identify --json`.
     trusted : bool
-    verdict : {"adequate", "explained", "unexplained"} or None
+    verdict : {"adequate", "explained", "partly_explained", "unexplained"} or None
         None where the base model is not adequate and there was no diagnosis, and where the data
         contradict themselves, as with a wrong sign of the effort.
     relative_residual : float

@@ -395,7 +395,7 @@ def describe_model(
                 blocks=False,
             )
         ]
-    said = extended or outcome.verdict is Verdict.UNEXPLAINED
+    said = extended or not outcome.verdict.complete
     # what the base model alone hardly determines is no doubt about another model's parameters
     of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
     chosen = _of_several_axes(outcome) if extended else []
@@ -440,10 +440,10 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
 def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
     from edge_ident.diagnosis.present.wording import findings_sentence
 
-    if diagnosed.verdict is Verdict.UNEXPLAINED:
+    if not diagnosed.verdict.complete:
         return [
             Finding(
-                "unexplained",
+                diagnosed.verdict.value,
                 findings_sentence(diagnosed),
                 f"see on its page what is left, and where: {PAGE}",
                 blocks=False,

@@ -7,10 +7,9 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from edge_ident.diagnosis.error_budget import budget_lines
-from edge_ident.diagnosis.present.tables import diagnosis_view
+from edge_ident.diagnosis.present.tables import VERDICT_COLOUR, diagnosis_view
 from edge_ident.diagnosis.present.wording import only_elsewhere, percent
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import off_reference
 from edge_ident.report.answer import diagnosed_sentence, remarks
 from edge_ident.report.answer_lines import labelled, next_lines
@@ -56,7 +55,7 @@ def diagnosis_answer(
 
 
 def _verdict(name: str, axis: AxisDiagnosis) -> Text:
-    colour = "red" if axis.verdict is Verdict.UNEXPLAINED else "green"
+    colour = VERDICT_COLOUR[axis.verdict]
     return Text.assemble((f"axis {name}", "bold"), " ", (diagnosed_sentence(axis), colour))
 
 
@@ -86,7 +85,7 @@ def _steps(name: str, found: Diagnosis) -> Iterator[str]:
         for other in cause.inseparable[:1]:
             pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
             yield f"to tell {pair}, record {other.experiment}"
-    if axis.verdict is Verdict.UNEXPLAINED and not mends:
+    if not axis.verdict.complete and not mends:
         yield _ELSEWHERE if only_elsewhere(name, found) else _UNKNOWN
 
 

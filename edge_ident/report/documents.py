@@ -114,11 +114,12 @@ def _base(axis: AxisIdentification) -> dict[str, Any] | None:
 
 
 def _short_diagnosis(diagnosis: "AxisDiagnosis | None") -> dict[str, Any] | None:
-    """Verdict and causes; all of it is what `diagnose` prints."""
+    """Verdict, causes and curves; all of it is what `diagnose` prints."""
     if diagnosis is None:
         return None
     return {
         "verdict": diagnosis.verdict.value,
+        "explained_share": diagnosis.explained_share,
         **{
             kind: [_cause(cause, diagnosis) for cause in causes]
             for kind, causes in (
@@ -127,6 +128,7 @@ def _short_diagnosis(diagnosis: "AxisDiagnosis | None") -> dict[str, Any] | None
                 ("minor", diagnosis.minor),
             )
         },
+        "curves": [curve.document() for curve in diagnosis.curves],
         "noise_floor": diagnosis.noise_floor,
         "relative_residual": diagnosis.extended.fitted,
     }

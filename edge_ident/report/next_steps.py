@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 _Found = TypeVar("_Found", "Identification", "Diagnosis")
 MOST: Final = 3
 """Steps for one axis; more would hide the first."""
-OF_MODEL: Final = ("base_inadequate", "not_diagnosed", "unexplained", "extended_model")
+OF_MODEL: Final = (
+    "base_inadequate", "not_diagnosed", "unexplained", "partly_explained", "extended_model",
+)  # fmt: skip
 """Codes of findings that the line about the model says."""
 DESIGN_GAINS: Final = "design gains from this recording: edge-ident gains FILE"
 

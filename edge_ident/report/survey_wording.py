@@ -7,6 +7,7 @@ from edge_ident.diagnosis.tolerance import TOLERANCE
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS, LARGEST_SHARE
 from edge_ident.fleet.result import Comparison, StandsOut, Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.report.page.wording import unit_text
+from edge_ident.support.words import spoken
 
 JUDGED: Final = (
     "Each quantity of a unit has a value and a 95 % interval. The true values of sound units "
@@ -115,7 +116,7 @@ def causes_words(axis: SurveyedAxis, kind: str) -> str:
 def verdict_words(axis: SurveyedAxis) -> str:
     """The verdict on an axis, or why there is none."""
     why = "not diagnosed" if axis.trusted else f"none: {next(iter(axis.warnings), 'not trusted')}"
-    return axis.verdict or why
+    return spoken(axis.verdict) if axis.verdict else why
 
 
 def by_interest(survey: Survey) -> list[tuple[SurveyedRecording, str, SurveyedAxis]]:

@@ -201,6 +201,11 @@ class Outcome:
         )
 
     @property
+    def open(self) -> bool:
+        """Whether it says that structure is left."""
+        return self.verdict in (Verdict.UNEXPLAINED, Verdict.PARTLY_EXPLAINED)
+
+    @property
     def undecided(self) -> bool:
         """Whether this motion does not separate the first cause from an alternative."""
         return bool(self.causes) and bool(self.causes[0].inseparable)

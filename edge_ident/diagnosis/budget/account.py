@@ -31,6 +31,7 @@ from edge_ident.diagnosis.error_budget import (
     NOISE,
     REPEATS,
     UNREPEATED,
+    AgreeingCurve,
     BudgetCurve,
     BudgetEntry,
     ErrorBudget,
@@ -105,6 +106,11 @@ def error_budget(missed: Missed) -> ErrorBudget:
     -------
     ErrorBudget
     """
+    return fitted_curves(missed).budget
+
+
+def fitted_curves(missed: Missed) -> "Account":
+    """The curves, and effects that no curve imitates, which the recordings support."""
     scale = max(float(np.sqrt(np.mean(missed.residual**2))), _TINY)
     curves = [
         found
@@ -119,8 +125,7 @@ def error_budget(missed: Missed) -> ErrorBudget:
         curves += [law_of(_place(name), name, part) for name, part in laws.items()]
         products = Products.of(base, [c.columns for c in curves], signal, ways)
     enough = min((missed.noise / scale) ** 2, 1.0)
-    model = select(products, curves, missed.block, enough)
-    return _Account(missed, curves, model, scale).budget
+    return Account(missed, curves, select(products, curves, missed.block, enough), scale)
 
 
 def _independent(base: Array) -> Array:
@@ -170,8 +175,8 @@ def imitated(products: Products, part: Array, curve: int) -> float:
 
 
 @dataclass(frozen=True)
-class _Account:
-    """What a fit with curves says of what is missed."""
+class Account:
+    """What a fit with curves says of what is missed, whose unit is `scale`."""
 
     missed: Missed
     curves: Sequence[Curve]
@@ -275,6 +280,18 @@ class _Account:
         spread = products - share * wholes
         std = float(np.sqrt(np.sum(spread**2) * len(here) / max(len(here) - 1, 1))) / (n * whole)
         return share, (share - _NORMAL_90 * std, share + _NORMAL_90 * std)
+
+    @property
+    def terms(self) -> tuple[AgreeingCurve, ...]:
+        """The curves as terms of a model, the largest first."""
+        effort = max(float(np.sqrt(np.mean(self.missed.effort**2))), _TINY)
+        found = []
+        for k in self.model.curves:
+            scaled = self.scale / self.model.products.scale[self.model.products.places[k]]
+            term = self.curves[k].term(scaled * self.model.coefficients[self.model.place(k)])
+            share = float(np.sqrt(np.mean(self._parts[k] ** 2))) / effort
+            found.append(AgreeingCurve(term, self._curve(k), share))
+        return tuple(sorted(found, key=lambda curve: -curve.share))
 
     def _curve(self, k: int) -> BudgetCurve:
         """A curve with its band, beyond the base model."""

@@ -7,13 +7,15 @@ its straight part is penalized as well, less.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.budget.smoothing import Columns
+from edge_ident.model.measured_curves import at_entries, entries
+from edge_ident.model.model import Term
 from edge_ident.model.motion import Motion
 
 Array = NDArray[np.float64]
@@ -81,6 +83,9 @@ class Kind:
         Curves over the coordinate that the base model has already, of the same column.
     coordinate : str
         In words, where `where` does not say it.
+    effect : str
+        What holds such a curve in a model (`edge_ident.model.measured_curves`); none where it is
+        tied to the time of its recording, or no static curve.
     """
 
     where: str
@@ -94,11 +99,18 @@ class Kind:
     turns: bool = False
     own: tuple[Callable[[Array], Array], ...] = ()
     coordinate: str = ""
+    effect: str = ""
 
     @property
     def over_what(self) -> str:
         """The coordinate in words."""
         return self.coordinate or self.where
+
+    @property
+    def source(self) -> str | None:
+        """The other axis that it is of, if any."""
+        name = self.where.removeprefix("axis ")
+        return name if name != self.where else None
 
 
 @dataclass(frozen=True)
@@ -114,12 +126,27 @@ class Curve:
         Of the coordinate, at which it is shown.
     shown : (P, m) array
         The curve there by its coefficients, without what the base model has of it.
+    at : (n,) array
+        The coordinate at the compared samples.
+    range : (float, float)
+        Of the coordinate, as in a model's table.
+    table : (E, m) array
+        The same at the entries of that.
     """
 
     kind: Kind
     columns: Columns
     points: Array
     shown: Array
+    at: Array = field(default_factory=lambda: np.empty(0))
+    range: tuple[float, float] = (0.0, 0.0)
+    table: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    def term(self, coefficients: Array) -> Term:
+        """The curve of some coefficients (m,) as a term of a model."""
+        first, last = self.range
+        values = {"first": first, "last": last, **entries(self.table @ coefficients)}
+        return Term(self.kind.effect, values, source_axis=self.kind.source)
 
 
 def _one(motion: Motion) -> Array:
@@ -185,14 +212,15 @@ SPEED, BY_DIRECTION, POSITION, LOAD, TIME, HISTORY = (
 
 OF_AXIS: Final = (
     Kind(SPEED, "friction", "{position}/s", "{effort}", _speed, _direction, 16, root=True,
-         own=(_constant, _straight), coordinate="speed"),
+         own=(_constant, _straight), coordinate="speed", effect="friction_over_speed"),
     Kind(BY_DIRECTION, "difference of directions", "{position}/s", "{effort}", _speed, _one, 16,
-         root=True, own=(_constant,), coordinate="speed"),
-    Kind(POSITION, "load", "{position}", "{effort}", _position, _one, 24, own=(_constant,)),
+         root=True, own=(_constant,), coordinate="speed", effect="difference_over_speed"),
+    Kind(POSITION, "load", "{position}", "{effort}", _position, _one, 24, own=(_constant,),
+         effect="load_over_position"),
     Kind(POSITION, "friction", "{position}", "{effort}", _position, _direction, 20,
-         own=(_constant,)),
+         own=(_constant,), effect="friction_over_position"),
     Kind(POSITION, "inertia", "{position}", "{effort}*s^2/{position}", _position, _acceleration, 10,
-         own=(_constant,)),
+         own=(_constant,), effect="inertia_over_position"),
     Kind(LOAD, "load", "{position}/s^2", "{effort}", _pull, _pulls, 10, own=(_straight,)),
     Kind(LOAD, "friction", "{position}/s^2", "{effort}", _pull, _direction, 10, own=(_constant,)),
     Kind(TIME, "load", "s", "{effort}", _time, _one, 14, own=(_constant,)),
@@ -208,7 +236,16 @@ OF_AXIS: Final = (
 )  # fmt: skip
 """What any axis may have."""
 OF_TURN: Final = Kind(
-    "turn", "load", "{position}", "{effort}", _position, _one, 16, turns=True, own=(_constant,)
+    "turn",
+    "load",
+    "{position}",
+    "{effort}",
+    _position,
+    _one,
+    16,
+    turns=True,
+    own=(_constant,),
+    effect="load_over_turn",
 )
 """What an axis may have that turns more than once."""
 
@@ -237,10 +274,11 @@ def _of_other(name: str) -> Iterator[Kind]:
 
     where, over, unit = f"axis {name}", f"position of axis {name}", "{effort}*s^2/{position}"
     yield Kind(where, "load", "{position}", "{effort}", position, _one, 16, own=(_constant,),
-               coordinate=over)  # fmt: skip
+               coordinate=over, effect="load_over_other")  # fmt: skip
     yield Kind(where, "inertia", "{position}", unit, position, _acceleration, 7, own=(_constant,),
-               coordinate=over)  # fmt: skip
-    yield Kind(where, "coupling", "{position}", unit, position, acceleration, 7, coordinate=over)
+               coordinate=over, effect="inertia_over_other")  # fmt: skip
+    yield Kind(where, "coupling", "{position}", unit, position, acceleration, 7, coordinate=over,
+               effect="coupling_over_other")  # fmt: skip
 
 
 def curve_of(kind: Kind, stretches: Sequence[Stretch]) -> Curve | None:
@@ -259,7 +297,10 @@ def curve_of(kind: Kind, stretches: Sequence[Stretch]) -> Curve | None:
     ]
     columns = Columns(np.concatenate(values), spline.penalty)
     visited = spline.points[spline.points >= lowest]
-    return Curve(kind, columns, visited, _beyond_base(kind, spline, at, visited))
+    shown = _beyond_base(kind, spline, at, visited)
+    ends = float(low), float(high)
+    table = _beyond_base(kind, spline, at, at_entries(*ends, finer_at_zero=kind.root))
+    return Curve(kind, columns, visited, shown, at, ends, table)
 
 
 def law_of(where: str, name: str, effort: Array) -> Curve:
@@ -271,12 +312,12 @@ def law_of(where: str, name: str, effort: Array) -> Curve:
 
 def _motions(kind: Kind, stretches: Sequence[Stretch]) -> list[Motion]:
     """The motions, one after the other in time, with the other axis that a kind is of, if any."""
-    name, ended_s = kind.where.removeprefix("axis "), 0.0
+    ended_s = 0.0
     found: list[Motion] = []
     for s in stretches:
         motion = s.motion
-        if name != kind.where:
-            motion = replace(motion, source=s.others[name])
+        if kind.source is not None:
+            motion = replace(motion, source=s.others[kind.source])
         begin_s = float(motion.time_s[0])
         later_s = max(ended_s - begin_s, 0.0) if found else 0.0
         found.append(replace(motion, time_s=motion.time_s + later_s))

@@ -128,6 +128,12 @@ class Products:
         other.__dict__.update(gram=self.gram, grams=self.grams)  # they know of no signal
         return other
 
+    def held_out_by(self, parts: Sequence[NDArray[np.intp]]) -> Self:
+        """The same columns, held out by other parts of the samples (n,)."""
+        other = replace(self, parts=tuple(parts))
+        other.__dict__.update(gram=self.gram, moment=self.moment)
+        return other
+
     @property
     def smallest(self) -> float:
         """Smallest size of a curve."""

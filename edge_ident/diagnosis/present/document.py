@@ -14,7 +14,7 @@ from edge_ident.support.documents import finite
 
 
 def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:
-    """The document of schema edge-ident/diagnosis/1; equal diagnoses give equal documents.
+    """The document of schema edge-ident/diagnosis/2; equal diagnoses give equal documents.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[st
         Path of the extended model's file, if there is one.
     """
     return {
-        "schema": "edge-ident/diagnosis/1",
+        "schema": "edge-ident/diagnosis/2",
         "axes": {name: _axis(name, diagnosis.axes) for name in diagnosis.axes},
         "data_quality": [asdict(finding) for finding in diagnosis.data_quality],
         "validation": {
@@ -39,8 +39,10 @@ def _axis(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
     base, extended = (fit.estimate.parameters for fit in (axis.base, axis.extended))
     return {
         "verdict": axis.verdict.value,
+        "explained_share": axis.explained_share,
         "converged": axis.converged,
         "causes": [_cause(cause, axis.model) for cause in axis.causes],
+        "curves": [curve.document() for curve in axis.curves],
         "suspected": [_cause(cause, axis.model) for cause in axis.suspected],
         "minor": [_cause(cause, axis.model) for cause in axis.minor],
         "findings": [asdict(found) for found in axis.findings],

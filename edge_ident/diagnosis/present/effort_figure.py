@@ -56,7 +56,7 @@ def _draw_axis(figure: Any, name: str, axis: AxisDiagnosis) -> None:
 def _busiest(axis: AxisDiagnosis) -> slice:
     """The part of the time in which the extended model differs most from the base model."""
     traces = axis.traces
-    changed = traces.extended_effort if axis.in_model else traces.effort
+    changed = traces.extended_effort if axis.extends_base else traces.effort
     samples = len(changed)
     width = max(2, round(_DETAIL * samples))
     energy = np.cumsum(np.where(traces.valid, changed - traces.base_effort, 0.0) ** 2)
@@ -92,4 +92,4 @@ def _models(axis: AxisDiagnosis) -> list[tuple[str, str, Array]]:
     """Colour, label and prediction of each model."""
     base = (panels.BASE, "base model", axis.traces.base_effort)
     extended = (panels.EXTENDED, "extended model", axis.traces.extended_effort)
-    return [base, extended] if axis.in_model else [base]
+    return [base, extended] if axis.extends_base else [base]

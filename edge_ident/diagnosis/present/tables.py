@@ -15,9 +15,10 @@ from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.support.console import FittingTable, plain_table
 from edge_ident.support.words import spoken
 
-_COLOUR: Final = {
+VERDICT_COLOUR: Final = {
     Verdict.ADEQUATE: "green",
     Verdict.EXPLAINED: "green",
+    Verdict.PARTLY_EXPLAINED: "yellow",
     Verdict.UNEXPLAINED: "red",
 }
 
@@ -35,7 +36,7 @@ def diagnosis_view(diagnosis: Diagnosis) -> Group:
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
     axis = diagnosis.axes[name]
     sentence = escape(wording.verdict_sentence(axis))
-    yield _line(f"[bold]axis {escape(name)}[/] [{_COLOUR[axis.verdict]}]{sentence}[/]")
+    yield _line(f"[bold]axis {escape(name)}[/] [{VERDICT_COLOUR[axis.verdict]}]{sentence}[/]")
     yield from budget_lines(axis.budget, "  ")
     yield from finding_lines(axis.findings)
     if axis.causes:
@@ -81,7 +82,7 @@ def _why(cause: Cause, axis: AxisDiagnosis) -> Iterator[Text]:
 
 def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
     axis = diagnosis.axes[name]
-    models = ("base", "extended") if axis.in_model else ("base",)
+    models = ("base", "extended") if axis.extends_base else ("base",)
     table = plain_table()
     table.add_column("")
     for model in models:

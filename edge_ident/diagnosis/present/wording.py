@@ -25,6 +25,9 @@ def percent(share: float) -> str:
 
 def verdict_sentence(axis: AxisDiagnosis) -> str:
     """The verdict with its numbers, external vibrations, and a selection that did not converge."""
+    if axis.verdict is Verdict.PARTLY_EXPLAINED:
+        share = f"{100.0 * axis.explained_share:.0f} %"
+        return f"partly explained, {share} of what the base model misses: {findings_sentence(axis)}"
     word = f"{axis.verdict}: " if axis.verdict is Verdict.UNEXPLAINED else ""
     return word + findings_sentence(axis)
 
@@ -51,8 +54,8 @@ def findings_sentence(axis: AxisDiagnosis) -> str:
 def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
     """Whether a model leaves more than noise on the other recording alone."""
     axis = diagnosis.axes[name]
-    unexplained = axis.verdict is Verdict.UNEXPLAINED and not _open_here(axis)
-    return unexplained and name in diagnosis.validation and _leaves_noise(axis)
+    leaves_more = not (axis.verdict.complete or axis.curves or _open_here(axis))
+    return leaves_more and name in diagnosis.validation and _leaves_noise(axis)
 
 
 def _open_here(axis: AxisDiagnosis) -> bool:
@@ -102,6 +105,10 @@ def _verdict(axis: AxisDiagnosis) -> str:
             return f"adequate but for what is minor: {falls}"
         return f"the base model is adequate: its residual is {left} of the effort; {floor}"
     found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
+    if axis.curves:
+        curves = f"{listed(map(str, axis.curves))}, which no law of the catalogue describes"
+        by = f"{found}, beside it {curves}" if found else curves
+        return f"by {by}: the residual falls from {before} to {left} of the effort; {floor}"
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
     if _leaves_noise(axis):

@@ -19,10 +19,15 @@ import numpy as np
 
 from edge_ident.errors import ModelError
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Scale, no_draw
+from edge_ident.model.measured_curves import MEASURED
 from edge_ident.model.model import Term
 from edge_ident.model.rigid_body import EXTERNAL_VIBRATION, RIGID_BODY
 
-_UNCATALOGUED: Final = {effect.name: effect for effect in (RIGID_BODY, EXTERNAL_VIBRATION)}
+_UNCATALOGUED: Final[Mapping[str, Effect]] = {
+    RIGID_BODY.name: RIGID_BODY,
+    EXTERNAL_VIBRATION.name: EXTERNAL_VIBRATION,
+    **MEASURED,
+}
 
 
 _registered: dict[str, Effect] = {}

@@ -34,6 +34,7 @@ from edge_ident.support.words import spoken
 _STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
     Verdict.ADEQUATE: ("good", "model fits"),
     Verdict.EXPLAINED: ("found", "cause found"),
+    Verdict.PARTLY_EXPLAINED: ("open", "partly explained"),
     Verdict.UNEXPLAINED: ("open", "not understood"),
 }
 _FOLLOWS: Final = {
@@ -58,8 +59,6 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
     """
     axis = diagnosis.axes[name]
     status, label = _STATUS[axis.verdict]
-    if axis.verdict is Verdict.UNEXPLAINED and axis.causes:
-        label = "partly explained"
     if axis.verdict is Verdict.ADEQUATE and off_reference(axis.findings):
         status, label = "found", "off its reference"
     follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
@@ -67,7 +66,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         axis=name,
         status=status,
         label=label,
-        verdict=Markup(" ").join([*_sizes(name, axis), _verdict(axis)]),
+        verdict=Markup(" ").join([*_sizes(name, axis), _verdict(name, axis)]),
         terms=_terms(axis),
         sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
@@ -120,7 +119,7 @@ def _with_unit(value: float, unit: str, *place: str | int) -> Markup:
     )
 
 
-def _verdict(axis: AxisDiagnosis) -> Markup:
+def _verdict(name: str, axis: AxisDiagnosis) -> Markup:
     found = in_words(axis.causes)
     off = off_reference(axis.findings)
     if axis.verdict is Verdict.ADEQUATE and off is not None:
@@ -130,11 +129,35 @@ def _verdict(axis: AxisDiagnosis) -> Markup:
     causes = _listed(found)
     if axis.verdict is Verdict.EXPLAINED:
         return Markup("{} This explains what the simple model gets wrong.").format(causes)
-    if found:
-        return Markup("{} Something else acts, too, and no known cause explains it.").format(causes)
+    if axis.verdict is Verdict.PARTLY_EXPLAINED:
+        return Markup(" ").join(
+            filter(None, [causes, *_curves(name, axis), _part_of_it(name, axis)])
+        )
     suspected = in_words(axis.suspected)
     doubt = f" Suspected only: {suspected[0]}." if suspected else ""
     return Markup("Something acts on this axis, and no known cause explains it.{}").format(doubt)
+
+
+def _curves(name: str, axis: AxisDiagnosis) -> list[Markup]:
+    """What comes back without a name, with the ends of each curve."""
+    said = []
+    for n, curve in enumerate(axis.curves):
+        values, unit = curve.curve.values, unit_text(curve.curve.unit)
+        low, high = (
+            number(float(values[at]), digits(float(values[at]), 2), *("axes", name, "curves", n),
+                   "values", int(at))
+            for at in (np.argmin(values), np.argmax(values))
+        )  # fmt: skip
+        what = Markup("{} {} to {}\u00a0{} over {}")
+        said.append(what.format(curve.curve.what, low, high, unit, curve.curve.over))
+    if not said:
+        return []
+    return [Markup("No law describes this, but it comes back: {}.").format(Markup("; ").join(said))]
+
+
+def _part_of_it(name: str, axis: AxisDiagnosis) -> Markup:
+    share = percent(axis.explained_share, "axes", name, "explained_share")
+    return Markup("That is {} of what the simple model gets wrong; the rest is open.").format(share)
 
 
 def _listed(found: Sequence[str]) -> Markup:
@@ -158,7 +181,7 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
     floor = percent(axis.noise_floor, *at, "noise_floor")
     before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
-    if axis.in_model:
+    if axis.extends_base:
         first = Markup("The error of the model falls from {} to {} of the {}.")
         said = [first.format(before, left, word)]
     else:
@@ -184,12 +207,12 @@ def _in_short(name: str, diagnosis: Diagnosis) -> Markup:
     if axis.verdict is Verdict.ADEQUATE:
         said = "Sure, for what this motion can show."
     elif not axis.causes:
-        said = "Sure that the model lacks something. Not sure what."
+        said = "Sure that the model lacks something. Not sure what causes it."
     elif alike:
         said = "Sure that something acts. Not sure which cause it is."
     elif _carried(name, diagnosis):
         said = "This data and another recording support the strongest cause."
-    elif axis.verdict is Verdict.UNEXPLAINED:
+    elif not axis.verdict.complete:
         said = "This data supports the named causes well. The rest is open."
     else:
         said = "This data supports the named causes well."
@@ -295,10 +318,10 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
         effect = named(axis.causes[0].term.effect)
         loop = loop_chart(key, axis, axis.causes[0]) if effect.search.needs_reversals else None
         return loop or cause_chart(key, name, axes, axis.causes[0])
-    if axis.verdict is Verdict.UNEXPLAINED and follows == "time":
+    if not axis.verdict.complete and follows == "time":
         return residual_chart(key, axis)
-    if axis.verdict is Verdict.UNEXPLAINED and follows is not None:
+    if not axis.verdict.complete and follows is not None:
         _, label, effort = models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
         return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
-    return effort_chart(key, axis, busiest(axis) if axis.in_model else slice(None))
+    return effort_chart(key, axis, busiest(axis) if axis.extends_base else slice(None))

@@ -85,7 +85,7 @@ def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
     if axis.causes:
         yield from _causes(axis)
     yield from _refused(axis)
-    models = ("base", "extended") if axis.in_model else ("base",)
+    models = ("base", "extended") if axis.extends_base else ("base",)
     rows = wording.before_and_after(axis, diagnosis.validation.get(name))
     yield from _table(("", *models), [row[: 1 + len(models)] for row in rows])
 

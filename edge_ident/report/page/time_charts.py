@@ -81,7 +81,7 @@ def residual_chart(key: str, axis: AxisDiagnosis) -> Chart:
 def busiest(axis: AxisDiagnosis) -> slice:
     """The part of the time in which the models differ most, or the effort is largest."""
     traces = axis.traces
-    changed = traces.extended_effort if axis.in_model else traces.effort
+    changed = traces.extended_effort if axis.extends_base else traces.effort
     samples = len(changed)
     width = min(samples - 1, max(_FEWEST, round(_DETAIL * samples)))
     energy = np.cumsum(np.where(traces.valid, changed - traces.base_effort, 0.0) ** 2)
@@ -93,7 +93,7 @@ def models(axis: AxisDiagnosis) -> list[tuple[str, str, Array]]:
     """Style, label and prediction of each model."""
     base = ("base", "simple model", axis.traces.base_effort)
     extended = ("extended", "model with the causes", axis.traces.extended_effort)
-    return [base, extended] if axis.in_model else [base]
+    return [base, extended] if axis.extends_base else [base]
 
 
 def noise_band(axis: AxisDiagnosis) -> Layer:
@@ -118,7 +118,7 @@ def broken(traces: Traces, signal: Array) -> Array:
 
 def _missed(axis: AxisDiagnosis) -> str:
     missed = f"The simple model misses {digits(100 * axis.base.fitted, 2)} % of it (rms)"
-    if not axis.in_model:
+    if not axis.extends_base:
         return f"{missed}."
     return f"{missed}, the model with the causes {digits(100 * axis.extended.fitted, 2)} %."
 

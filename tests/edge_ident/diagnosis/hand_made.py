@@ -147,7 +147,7 @@ def diagnosis(*, doubtful: bool = False, unexplained: bool = False) -> Diagnosis
         "z": axis(Verdict.ADEQUATE),
     }
     if unexplained:
-        axes["y"] = replace(axis(Verdict.UNEXPLAINED, ripple()), noise_floor=0.002)
+        axes["y"] = replace(axis(Verdict.PARTLY_EXPLAINED, ripple()), noise_floor=0.002)
     finding = DataFinding("uneven_sampling", "x", "stamps stray by 0.3 sampling periods")
     return Diagnosis(
         axes, (finding,) if doubtful else (), {"x": Validation(0.12, 0.04, 0.05, (0.11, 0.03))}

@@ -94,7 +94,7 @@ def test_an_understood_machine_ends_with_0_and_json_alone_on_stdout(answered, fi
     done = diagnose(file, "--json", "--verbose")
     assert done.exit_code == 0, done.stderr
     document = json.loads(done.stdout)
-    assert document["schema"] == "edge-ident/diagnosis/1"
+    assert document["schema"] == "edge-ident/diagnosis/2"
     assert document["model"] is None
     assert "timing" in done.stderr
 

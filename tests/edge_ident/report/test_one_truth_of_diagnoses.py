@@ -5,22 +5,36 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from edge_ident.diagnosis.error_budget import AgreeingCurve, BudgetCurve
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
+from edge_ident.model.measured_curves import entries
+from edge_ident.model.model import Term
 from edge_ident.report.answer_of_diagnosis import diagnosis_answer
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.wording import digits
 from edge_ident.support.words import spoken
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import read
 
 RIPPLE, DIRECTION = hand_made.ripple(), hand_made.friction_by_direction()
 LATE: Final = Finding("effort_late", "recorded by another clock", "record both", blocks=True)
+
+CURVE: Final = AgreeingCurve(
+    Term("friction_over_speed", {"first": 0.0, "last": 2.0, **entries(np.linspace(0.0, 0.3, 33))}),
+    BudgetCurve(
+        "friction", "speed", *(np.linspace(low, low + 0.2, 5) for low in (0.0, 0.1, 0.05, 0.15)),
+        unit="N*m", coordinate_unit="rad/s",
+    ),
+    share=0.02,
+)  # fmt: skip
 
 
 def axis(verdict: Verdict, *causes: Cause, suspected: Sequence[Cause] = ()) -> AxisDiagnosis:
@@ -36,7 +50,9 @@ FOUND: Final[dict[str, AxisDiagnosis]] = {
     "a cause and a suspicion": axis(Verdict.EXPLAINED, RIPPLE, suspected=[DIRECTION]),
     "nothing is known": axis(Verdict.UNEXPLAINED),
     "suspected only": axis(Verdict.UNEXPLAINED, suspected=[DIRECTION]),
-    "a cause, and something else": axis(Verdict.UNEXPLAINED, RIPPLE),
+    "a cause, and something else": axis(Verdict.PARTLY_EXPLAINED, RIPPLE),
+    "a curve without a name": replace(axis(Verdict.PARTLY_EXPLAINED), curves=(CURVE,)),
+    "a cause and a curve": replace(axis(Verdict.PARTLY_EXPLAINED, RIPPLE), curves=(CURVE,)),
     "contradictory data": replace(axis(Verdict.UNEXPLAINED), findings=(LATE,)),
 }
 
@@ -57,6 +73,13 @@ def test_all_say_the_same(name: str, tmp_path: Path) -> None:
     assert ("unexplained" in said) is (of_axis.verdict is Verdict.UNEXPLAINED)
     nothing = "Nothing is wrong that this recording can show."
     assert (nothing in page) is (of_axis.verdict is Verdict.ADEQUATE)
+    partly = f"{digits(100 * in_json['explained_share'], 2)}\u00a0% of what the simple model gets"
+    assert (partly in page) is (of_axis.verdict is Verdict.PARTLY_EXPLAINED)
+    assert ("partly explained" in said) is (of_axis.verdict is Verdict.PARTLY_EXPLAINED)
+    for curve, document in zip(of_axis.curves, in_json["curves"], strict=True):
+        assert document["values"] == curve.curve.values.tolist()
+        assert str(curve) in said
+        assert f"over {curve.curve.over}" in page
     explains = "This explains what the simple model gets wrong."
     assert (explains in page) is (of_axis.verdict is Verdict.EXPLAINED)
 

@@ -21,7 +21,7 @@ def read(**options: bool) -> dict:
 
 def test_every_field_of_the_contract_is_there() -> None:
     document = read(doubtful=True)
-    assert document["schema"] == "edge-ident/diagnosis/1"
+    assert document["schema"] == "edge-ident/diagnosis/2"
     assert document["model"] == "m.json"
     assert document["data_quality"] == [
         {
@@ -102,6 +102,7 @@ def test_what_could_not_be_determined_is_null_for_json_has_no_infinity() -> None
     [
         (Verdict.ADEQUATE, "adequate"),
         (Verdict.EXPLAINED, "explained"),
+        (Verdict.PARTLY_EXPLAINED, "partly_explained"),
         (Verdict.UNEXPLAINED, "unexplained"),
     ],
 )
@@ -110,7 +111,7 @@ def test_each_verdict_has_its_word_of_the_contract(verdict: Verdict, word: str) 
     axes = {"x": replace(diagnosis.axes["x"], verdict=verdict)}
     document = json.loads(to_json(diagnosis_document(replace(diagnosis, axes=axes), None)))
     assert document["axes"]["x"]["verdict"] == word
-    assert len(Verdict) == 3, "a new verdict needs a word in the contract"
+    assert len(Verdict) == 4, "a new verdict needs a word in the contract"
 
 
 def test_a_selection_that_did_not_converge_says_so() -> None:

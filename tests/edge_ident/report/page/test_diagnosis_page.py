@@ -67,7 +67,7 @@ def test_the_first_screen_says_what_where_and_what_to_do(page: Path) -> None:
     assert ripple.part[1:] in first
     assert ripple.action in first
     assert "Nothing is wrong that this recording can show." in first
-    assert "Something else acts, too, and no known cause explains it." in first
+    assert "of what the simple model gets wrong; the rest is open." in first
 
 
 def test_the_details_say_what_the_terminal_says(page: Path) -> None:

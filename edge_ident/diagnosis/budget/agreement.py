@@ -1,0 +1,84 @@
+"""Which curves go into a model: those by which every part of a recording is predicted better.
+
+A curve of an error budget describes its recording. A model has to hold elsewhere. So each half and
+each quarter of the time is predicted from the rest, which is as near to another recording as one
+recording comes: on real machines, curves that failed this made other recordings worse.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.diagnosis.budget.account import Missed, fitted_curves
+from edge_ident.diagnosis.budget.curves import Curve
+from edge_ident.diagnosis.budget.smoothing import Products, fitted
+from edge_ident.diagnosis.error_budget import AgreeingCurve
+
+Array = NDArray[np.float64]
+
+_PARTS: Final = (2, 4)
+_TESTED: Final = 2
+"""Parts that have to go where the others went: with one, nothing says that they agree."""
+
+
+def agreeing_curves(missed: Missed) -> tuple[AgreeingCurve, ...]:
+    """Curves of what a model misses that hold in every part of its recordings, the largest first.
+
+    Parameters
+    ----------
+    missed : Missed
+        By the model to which the curves are added.
+    """
+    found = fitted_curves(missed)
+    ways = [_in_time(missed.block, parts) for parts in _PARTS]
+    parts = _Parts(found.curves, found.model.products.held_out_by(ways))
+    chosen = [k for k in found.model.curves if found.curves[k].kind.effect]
+    while chosen and (worst := parts.worst(chosen)) is not None:
+        chosen.remove(worst)
+    return replace(found, model=fitted(parts.products, chosen)).terms
+
+
+def _in_time(block: NDArray[np.intp], parts: int) -> NDArray[np.intp]:
+    """Number of the part of each sample; parts hold equally many blocks, one after the other."""
+    here, number = np.unique(block, return_inverse=True)
+    return np.asarray(number * parts // len(here))
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Curves, and products of which parts are held out."""
+
+    curves: Sequence[Curve]
+    products: Products
+
+    def worst(self, chosen: Sequence[int]) -> int | None:
+        """The curve to leave out next; None where each part is predicted better with each of them,
+        and with all."""
+        seen = [self._seen(chosen, part) for part in self.products.parts]
+        nothing = self._errors((), seen)
+        tested = nothing > 0.0
+        every = self._errors(chosen, seen)
+        without = {k: self._errors([j for j in chosen if j != k], seen) for k in chosen}
+        doubtful = [k for k in chosen if np.any((without[k] <= every)[tested])]
+        if np.sum(tested) >= _TESTED and not doubtful and np.all((every < nothing)[tested]):
+            return None
+        return min(doubtful or chosen, key=lambda k: float(np.sum(without[k])))
+
+    def _errors(self, chosen: Sequence[int], seen: Sequence[NDArray[np.bool_]]) -> Array:
+        """Sum of squares of each part, predicted from the others."""
+        left = fitted(self.products, chosen).held_out()
+        each = zip(self.products.parts, left, seen, strict=True)
+        return np.concatenate([np.bincount(part, e**2 * s) for part, e, s in each])
+
+    def _seen(self, chosen: Sequence[int], part: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Samples (n,) whose coordinates the other parts visit: beyond, no curve is known."""
+        seen = np.ones(len(part), dtype=np.bool_)
+        for at in (self.curves[k].at for k in chosen):
+            for k in range(int(part.max()) + 1):
+                others = at[part != k]
+                here = part == k
+                seen[here] &= (at[here] >= others.min()) & (at[here] <= others.max())
+        return seen
