@@ -199,6 +199,11 @@ def load_network(variant: Precision = "fp32", path: str | Path | None = None) ->
         path = Path(path)
         variants: tuple[Variant, ...] = (_variant_of(path),)
         folder, name = path.parent, path.stem.removesuffix(f"_{variants[0]}")
+    elif variant not in (*VARIANTS, "fastest"):
+        raise ModelError(
+            f"there is no variant {variant} of the package's network",
+            f"give {', '.join(VARIANTS)} or fastest, or a file: load_network(path=...)",
+        )
     else:
         variants = VARIANTS if variant == "fastest" else (variant,)
         folder, name = BUILT_IN.parent, BUILT_IN.stem

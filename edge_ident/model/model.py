@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
 from edge_ident.model.motion import Motion
+from edge_ident.support.given import check_type
 from edge_ident.support.rows import Readable
 
 if TYPE_CHECKING:
@@ -358,6 +359,11 @@ class Model(Readable):
     axes: Mapping[str, AxisModel]
     recordings: tuple[SourceFile, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_type(self.axes, Mapping, "give the axes of a model by name")
+        for axis in self.axes.values():
+            check_type(axis, AxisModel, "give an AxisModel for each axis")
 
     @property
     def passive(self) -> list[str]:

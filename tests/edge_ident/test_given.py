@@ -96,6 +96,8 @@ WRONG: dict[str, Callable[[edge_ident.Recording], object]] = {
     "cycles is 0": lambda r: edge_ident.simulate(cycles=0),
     "a dict is no ReadOptions": lambda r: edge_ident.load_recording("x.csv", options={"a": 1}),
     "a list is no Mapping": lambda r: edge_ident.ReadOptions(columns=[("a", "b")]),
+    "an int is no AxisModel": lambda r: edge_ident.Model({"x": 3}),
+    "no variant net.onnx": lambda r: edge_ident.load_network("net.onnx"),
     "a tuple is no AxisRecord": lambda r: edge_ident.identify(
         edge_ident.Recording(r.time_s, {"x": (1, 2)}, "made")
     ),

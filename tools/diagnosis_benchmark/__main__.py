@@ -36,6 +36,10 @@ What counts, and how:
     python -m tools.diagnosis_benchmark speed                   44 s of two axes on one core
     python -m tools.diagnosis_benchmark --case single/multisine/1/0/37/1/0
     python -m tools.diagnosis_benchmark --read FILE             the tables of a former run
+    python -m tools.diagnosis_benchmark compare OLD NEW         two files of outcomes, case by case
+
+`compare` counts the cases that both files have, ends with 1 where the new one is worse beyond
+chance (three standard deviations), and names the cases lost.
 
 Simulations are kept in runs/diagnosis_benchmark and used again. Seeds 1 to 99 are for development;
 the figures in docs/diagnosis_accuracy.md are of others, which no development had seen.
@@ -56,6 +60,7 @@ from rich.console import Console
 
 from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import DRAWN, KINDS, MOTIONS, Case, plan
+from tools.diagnosis_benchmark.comparing import compare_outcomes
 from tools.diagnosis_benchmark.hiding import FOLDER
 from tools.diagnosis_benchmark.looking import print_case
 from tools.diagnosis_benchmark.outcome import Outcome
@@ -66,25 +71,32 @@ from tools.diagnosis_benchmark.tables import print_tables
 DEVELOPMENT_SEED: Final = 1
 REPORTING_SEED: Final = 37013
 SPEED: Final = "speed"
+COMPARE: Final = "compare"
 
 
 def main() -> int:
-    """Run what is asked for and print its tables; 130 if it was interrupted."""
+    """Run what is asked for and print its tables; 1 for a loss, 130 if it was interrupted."""
     given = _arguments()
     console = Console(width=180, highlight=False)
     if given.case:
         print_case(Case.parse(given.case), console)
         return 0
     if given.read:
-        lines = given.read.read_text("utf-8").splitlines()
-        print_tables([Outcome.read(line) for line in lines], console)
+        print_tables(_read(given.read), console)
         return 0
+    if given.what[0] == COMPARE:
+        old, new = (_read(Path(name)) for name in given.what[1:])
+        return compare_outcomes(old, new, console)
     code = 0
     if kinds := [kind for kind in KINDS if kind in given.what]:
         code = _benchmark(given, kinds, console)
     if SPEED in given.what and not code:
         print_speed(console)
     return code
+
+
+def _read(path: Path) -> list[Outcome]:
+    return [Outcome.read(line) for line in path.read_text("utf-8").splitlines()]
 
 
 def _benchmark(given: argparse.Namespace, kinds: list[str], console: Console) -> int:
@@ -113,7 +125,9 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", nargs="*", help=", ".join((*KINDS, SPEED)))
+    parser.add_argument(
+        "what", nargs="*", help=f"{', '.join((*KINDS, SPEED))}, or {COMPARE} and two files"
+    )
     parser.add_argument(
         "--drives", type=int, default=5, help="for each effect; ten times as many of other kinds"
     )
@@ -134,8 +148,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--case", help="diagnose this one and print all about it")
     parser.add_argument("--read", type=Path, metavar="FILE", help="print its tables again")
     given = parser.parse_args()
-    if unknown := set(given.what) - {*KINDS, SPEED}:
-        parser.error(f"what is {min(unknown)}? Known: {', '.join((*KINDS, SPEED))}")
+    if given.what[:1] == [COMPARE]:
+        if len(given.what) != 3:
+            parser.error("compare needs two files of outcomes, the old one first")
+    elif unknown := set(given.what) - {*KINDS, SPEED}:
+        parser.error(f"what is {min(unknown)}? Known: {', '.join((*KINDS, SPEED, COMPARE))}")
     if not (given.what or given.case or given.read):
         parser.error("say what to run")
     return given

@@ -2,7 +2,8 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Self
 
 import numpy as np
 from rich.console import Console
@@ -31,77 +32,130 @@ _MOST_FAILURES: Final = 60
 """Rows of the list of cases that went wrong; the file has them all."""
 
 
+@dataclass(frozen=True)
+class Question:
+    """What is counted of some cases.
+
+    Attributes
+    ----------
+    title : str
+    cases : sequence of Outcome
+    holds : callable
+    wanted : bool or None
+        Whether a diagnosis is better where it holds; None: that says nothing of it.
+    """
+
+    title: str
+    cases: Sequence[Outcome]
+    holds: Callable[[Outcome], bool]
+    wanted: bool | None = True
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Outcomes by what they tell: faults that count, disturbances that show, sound drives."""
+
+    shown: Sequence[Outcome]
+    pairs: Sequence[Outcome]
+    unknown: Sequence[Outcome]
+    clean: Sequence[Outcome]
+
+    @classmethod
+    def of(cls, outcomes: Sequence[Outcome]) -> Self:
+        """Those among outcomes of any kind."""
+        return cls(
+            [o for o in outcomes if o.kind == SINGLE and o.counts],
+            [o for o in outcomes if o.kind == PAIRS and o.counts],
+            [o for o in outcomes if o.kind == UNKNOWN_KIND and o.seen],
+            [o for o in outcomes if o.kind == CLEAN],
+        )
+
+    @property
+    def all(self) -> list[Outcome]:
+        """One after the other."""
+        return [*self.shown, *self.pairs, *self.unknown, *self.clean]
+
+
 def print_tables(outcomes: Sequence[Outcome], console: Console) -> None:
     """Everything that the outcomes have something to say on."""
     single = [o for o in outcomes if o.kind == SINGLE]
-    shown = [o for o in single if o.counts]
-    pairs = [o for o in outcomes if o.kind == PAIRS and o.counts]
-    unknown = [o for o in outcomes if o.kind == UNKNOWN_KIND and o.seen]
-    clean = [o for o in outcomes if o.kind == CLEAN]
-    tables = [headline(shown, pairs, unknown, clean), false_alarms(outcomes)]
-    if unknown:
-        tables.append(by_unknown(unknown))
-    if shown:
-        tables += [by_effect(shown), confusion(shown), bias(shown, clean)]
+    groups = Groups.of(outcomes)
+    tables = [headline(groups), false_alarms(outcomes)]
+    if groups.unknown:
+        tables.append(by_unknown(groups.unknown))
+    if shown := groups.shown:
+        tables += [by_effect(shown), confusion(shown), bias(shown, groups.clean)]
     if single:
         tables.append(by_strength(single))
-    tables += [timing(outcomes), wall_time(outcomes), failures([*shown, *pairs, *unknown, *clean])]
+    tables += [timing(outcomes), wall_time(outcomes), failures(groups.all)]
     for table in tables:
         console.print(table)
 
 
-def headline(
-    shown: Sequence[Outcome],
-    pairs: Sequence[Outcome],
-    unknown: Sequence[Outcome],
-    clean: Sequence[Outcome],
-) -> Table:
+def headline(groups: Groups) -> Table:
     """What the whole benchmark comes to, by motion."""
-    scales = sorted({o.scale for o in (*shown, *pairs, *unknown, *clean)})
+    scales = sorted({o.scale for o in groups.all})
     sizes = " and ".join(f"{scale:g}" for scale in scales)
     title = f"faults above 1 % of the effort, at {sizes} of their size; 95 % intervals"
     table = _table(title, "", "all")
     for motion in MOTIONS:
         table.add_column(motion, justify="right")
-    for title, some, holds in _rows(shown, pairs, unknown, clean):
-        if some:
-            groups = [some, *([o for o in some if o.motion == m] for m in MOTIONS)]
-            table.add_row(title, *(_share(map(holds, group)) for group in groups))
+    for asked in _of_groups(groups):
+        if some := asked.cases:
+            parts = [some, *([o for o in some if o.motion == m] for m in MOTIONS)]
+            table.add_row(asked.title, *(_share(map(asked.holds, part)) for part in parts))
     return table
 
 
-def _rows(
-    shown: Sequence[Outcome],
-    pairs: Sequence[Outcome],
-    unknown: Sequence[Outcome],
-    clean: Sequence[Outcome],
-) -> list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool]]]:
-    """Title of each row of the headline, its cases, and what is counted."""
+def questions(outcomes: Sequence[Outcome]) -> list[Question]:
+    """All that is asked of single cases: the headline's rows, and the axes left alone."""
+    judged = [o for o in outcomes if not o.failure]
+    return [
+        *_of_groups(Groups.of(outcomes)),
+        Question("left alone: accused", judged, _accused, False),
+        Question("left alone: all 'adequate'", judged, _left_adequate),
+    ]
+
+
+def _accused(o: Outcome) -> bool:
+    """Whether an axis that was left alone has a cause."""
+    return bool(o.sound_causes) or (o.kind == CLEAN and bool(o.causes))
+
+
+def _left_adequate(o: Outcome) -> bool:
+    """Whether each axis that was left alone is adequate."""
+    return o.sound_verdict == "adequate" and (o.kind != CLEAN or o.verdict == "adequate")
+
+
+def _of_groups(groups: Groups) -> list[Question]:
+    """The rows of the headline."""
+    shown, pairs, unknown, clean = groups.shown, groups.pairs, groups.unknown, groups.clean
     within, within_pairs = ([o for o in some if o.within_reach] for some in (shown, pairs))
     compared = [o for o in shown if o.compared]
     # of two effects that a report calls inseparable, the hidden one counts only where it says so
-    return [
-        ("single: first cause right", shown, lambda o: o.right),
-        ("single: right or its one inseparable alternative", shown, lambda o: o.met),
-        ("single: nothing else named (inseparable counts)", shown, lambda o: o.alone),
-        ("single: that, and 'explained'", shown, lambda o: o.exact),
-        ("single: first cause 'not separable'", shown, lambda o: o.undecided),
-        ("single: no cause, but suspected or minor", shown, lambda o: o.suspects),
-        ("single: another effect first", shown, lambda o: bool(o.causes) and not o.met),
-        ("single, within reach: first cause right", within, lambda o: o.right),
-        ("single, within reach: nothing else named", within, lambda o: o.alone),
-        ("single, above 1 % as compared: first cause right", compared, lambda o: o.right),
-        ("single, above 1 % as compared: nothing else named", compared, lambda o: o.alone),
-        ("pairs: both found (inseparable counts)", pairs, lambda o: o.found_all),
-        ("pairs, within reach: both found", within_pairs, lambda o: o.found_all),
-        ("pairs: verdict exact", pairs, lambda o: o.exact),
-        ("unknown: not 'explained'", unknown, lambda o: o.open),
-        ("unknown: a confident name", unknown, lambda o: o.confident),
-        ("unknown: any name", unknown, lambda o: bool(o.causes)),
-        ("clean: any cause", clean, lambda o: bool(o.causes)),
-        ("clean: 'adequate'", clean, lambda o: o.verdict == "adequate"),
-        ("ended with an error", [*shown, *pairs, *unknown, *clean], lambda o: bool(o.failure)),
+    rows: list[tuple[str, Sequence[Outcome], Callable[[Outcome], bool], bool | None]] = [
+        ("single: first cause right", shown, lambda o: o.right, True),
+        ("single: right or its one inseparable alternative", shown, lambda o: o.met, True),
+        ("single: nothing else named (inseparable counts)", shown, lambda o: o.alone, True),
+        ("single: that, and 'explained'", shown, lambda o: o.exact, True),
+        ("single: first cause 'not separable'", shown, lambda o: o.undecided, None),
+        ("single: no cause, but suspected or minor", shown, lambda o: o.suspects, None),
+        ("single: another effect first", shown, lambda o: bool(o.causes) and not o.met, False),
+        ("single, within reach: first cause right", within, lambda o: o.right, True),
+        ("single, within reach: nothing else named", within, lambda o: o.alone, True),
+        ("single, above 1 % as compared: first cause right", compared, lambda o: o.right, True),
+        ("single, above 1 % as compared: nothing else named", compared, lambda o: o.alone, True),
+        ("pairs: both found (inseparable counts)", pairs, lambda o: o.found_all, True),
+        ("pairs, within reach: both found", within_pairs, lambda o: o.found_all, True),
+        ("pairs: verdict exact", pairs, lambda o: o.exact, True),
+        ("unknown: not 'explained'", unknown, lambda o: o.open, True),
+        ("unknown: a confident name", unknown, lambda o: o.confident, False),
+        ("unknown: any name", unknown, lambda o: bool(o.causes), False),
+        ("clean: any cause", clean, lambda o: bool(o.causes), False),
+        ("clean: 'adequate'", clean, lambda o: o.verdict == "adequate", True),
+        ("ended with an error", groups.all, lambda o: bool(o.failure), False),
     ]
+    return [Question(*row) for row in rows]
 
 
 def false_alarms(outcomes: Sequence[Outcome]) -> Table:

@@ -11,6 +11,7 @@ extension harms where it leaves more than 1.02 times what the base model leaves.
     python -m tools.real_machines --pair FIRST SECOND
     python -m tools.real_machines --stability FILE    which causes stay on disturbed data
     python -m tools.real_machines --read SCORES       the tables of a former run
+    python -m tools.real_machines --compare OLD NEW   two of these, case by case; 1 for a loss
 
 A file `NAME_second` belongs to `NAME` or to `NAME_first`. A file without such a partner is cut in
 half. Halves of a motion that repeats are the same data: only another motion is a test.
@@ -33,28 +34,34 @@ from edge_ident.signals.recording_files import load_recording
 from tools.real_machines.pairs import Pair, pair_of, pairs_in
 from tools.real_machines.scores import Score, scores
 from tools.real_machines.stability import stability
-from tools.real_machines.tables import print_scores, print_stability
+from tools.real_machines.tables import compare_scores, print_scores, print_stability
 
 _OUTPUT: Final = Path(__file__).parents[2] / "runs" / "real_machines" / "scores.jsonl"
 """Scores of the last run; git ignores it."""
 
 
 def main() -> int:
-    """Score the pairs, or disturb a recording, and print the tables."""
+    """Score the pairs, or disturb a recording, and print the tables; 1 for a loss."""
     given = _arguments()
     console = Console(width=180, highlight=False)
     if given.stability:
         print_stability(stability(load_recording(given.stability)), console)
         return 0
     if given.read:
-        lines = given.read.read_text("utf-8").splitlines()
-        print_scores([Score.read(line) for line in lines], console)
+        print_scores(_read(given.read), console)
         return 0
+    if given.compare:
+        old, new = map(_read, given.compare)
+        return compare_scores(old, new, console)
     pairs = _pairs(given.folder, given.pair)
     wanted = [p for p in pairs if not given.only or any(n in p.name for n in given.only)]
     print_scores(_scored(wanted, given.output), console)
     console.print(f"every score: {given.output}")
     return 0
+
+
+def _read(path: Path) -> list[Score]:
+    return [Score.read(line) for line in path.read_text("utf-8").splitlines()]
 
 
 def _pairs(folder: Path, pair: Sequence[Path] | None) -> Iterator[Pair]:
@@ -92,9 +99,10 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--pair", type=Path, nargs=2, metavar=("FIRST", "SECOND"))
     parser.add_argument("--stability", type=Path, metavar="FILE")
     parser.add_argument("--read", type=Path, metavar="SCORES", help="print its tables again")
+    parser.add_argument("--compare", type=Path, nargs=2, metavar=("OLD", "NEW"))
     parser.add_argument("--output", type=Path, default=_OUTPUT)
     given = parser.parse_args()
-    if not (given.folder or given.pair or given.stability or given.read):
+    if not any((given.folder, given.pair, given.stability, given.read, given.compare)):
         parser.error("name a folder of recordings, or set EDGE_IDENT_DATA")
     return given
 

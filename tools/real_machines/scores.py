@@ -20,6 +20,9 @@ from edge_ident.signals.recording import Recording
 HARMED: Final = 1.02
 """Ratio of residuals above which the extension harms the other recording."""
 
+BETTER: Final = 0.9
+"""Ratio of residuals up to which the extension is worth something on the other recording."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -66,6 +69,11 @@ class Score:
     def harmed(self) -> bool:
         """Whether the extension makes the other recording worse."""
         return self.judged and self.ratio > HARMED
+
+    @property
+    def better(self) -> bool:
+        """Whether the extension takes a tenth off what is left of the other recording."""
+        return self.judged and self.ratio <= BETTER
 
     def line(self) -> str:
         """As one line of JSON."""

@@ -7,7 +7,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from tools.real_machines.scores import Score
+from tools.paired import paired, print_paired
+from tools.real_machines.scores import BETTER, HARMED, Score
 from tools.real_machines.stability import Run
 
 
@@ -22,7 +23,7 @@ def print_scores(scores: Sequence[Score], console: Console) -> None:
             s.axis,
             f"{s.base_own:.2%} → {s.extended_own:.2%}",
             f"{s.base:.2%} → {s.extended:.2%}" if s.judged else s.note,
-            f"{s.ratio:.2f}{' harmed' if s.harmed else ''}" if s.judged else "–",
+            _ratio(s),
             s.verdict,
             "; ".join(s.causes) or "–",
             "; ".join(s.suspected) or "–",
@@ -49,6 +50,38 @@ def summary(scores: Sequence[Score]) -> Table:
         f"{max(ratios):.2f}" if ratios else "–",
     )
     return table
+
+
+def compare_scores(old: Sequence[Score], new: Sequence[Score], console: Console) -> int:
+    """Print what two versions come to on the same axes.
+
+    Returns
+    -------
+    int
+        1 where something is lost beyond chance, otherwise 0.
+    """
+    before, after = ({f"{s.pair}, axis {s.axis}": s for s in some} for some in (old, new))
+    names = [name for name in before if name in after]
+    table = _table("ratio of residuals on the other recording", "", "old", "new", "old", "new")
+    for name in names:
+        both = (before[name], after[name])
+        left = (f"{s.base:.2%} → {s.extended:.2%}" if s.judged else s.note for s in both)
+        table.add_row(name, *(_ratio(s) for s in both), *left)
+    console.print(table)
+    better = {name: (before[name].better, after[name].better) for name in names}
+    harmed = {name: (before[name].harmed, after[name].harmed) for name in names}
+    rows = [
+        paired(f"better by a tenth (at most {BETTER:g})", better),
+        paired(f"harmed (above {HARMED:g})", harmed, wanted=False),
+    ]
+    title = f"{len(names)} scores in common, of {len(before)} old and {len(after)} new ones"
+    return print_paired(rows, title, console)
+
+
+def _ratio(score: Score) -> str:
+    if not score.judged:
+        return "–"
+    return f"{score.ratio:.2f}{' harmed' if score.harmed else ''}"
 
 
 def print_stability(runs: Sequence[Run], console: Console) -> None:
