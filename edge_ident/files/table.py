@@ -282,7 +282,10 @@ def _divisor(text: str) -> Parts:
     """`Zeit/ms` (DIN 1313): the unit is a divisor, unless the stroke is that of m/s."""
     name, *units = text.split("/")
     unit = "".join(units).strip()
-    if len(units) != 1 or len(unit.split()) != 1 or known_unit((name.split() or [""])[-1]):
+    words = name.split() or [""]
+    # `Speed m/s` and `m/s` state a unit; `M/Nm` and `s/mm` are symbols with their units (DIN 1313)
+    per_unit = known_unit(words[-1]) if len(words) > 1 else known_unit(text)
+    if len(units) != 1 or len(unit.split()) != 1 or per_unit:
         return _OTHER
     return name.strip(), unit
 

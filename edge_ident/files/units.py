@@ -51,7 +51,7 @@ _SPELLED: Final = {
     | {_TURN: "turn turns rev revs revolution revolutions U Umdr"}
     | {pi / 648000.0: "arcsec", pi / 10800.0: "arcmin", pi / 200.0: "gon gradian"},
     "count": {
-        1.0: "count counts cnt cts inc incr increment increments Inkremente Ink ticks pulses"
+        1.0: "count counts cnt cts inc incr increment increments Inkremente Ink ticks pulse pulses"
     },
     "N": {1.0: "N newton newtons", 1e3: "kN", 1e-3: "mN", 10.0: "daN"}
     | {_POUND_N: "lbf lb lbs pound pounds", _POUND_N / 16.0: "ozf oz", _KILOGRAM_N: "kgf"},

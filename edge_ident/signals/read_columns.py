@@ -110,7 +110,7 @@ _WHOLE: Final = {"couple": "torque", "par": "torque"}
 # Whole words; with a letter before or after it, as in `xpos`, that names the axis.
 _SHORT: Final = {
     "other": ("err", "lag", "acc", "seq"),
-    "position": ("pos", "enc", "ang"),
+    "position": ("pos", "enc", "ang", "weg"),
     "velocity": ("vel", "velo", "spd", "rpm", "omega"),
     "temperature": ("temp",),
     "torque": ("trq",),

@@ -36,6 +36,7 @@ from edge_ident.signals.read_columns import axis_names, role_of
         ("field.header.stamp", "time", ()),
         ("header.seq", "other", ()),
         ("Temps", "time", ()),
+        ("Weg", "position", ()),
         ("Position réelle X", "position", ("reelle", "x")),
         ("posición", "position", ()),
         ("par motor", "torque", ()),
