@@ -43,8 +43,7 @@ NOT_INSTALLED: Final = (
 LEFT_OUT: Final = ("export", "tools", "tests", "docs")
 Result = TypeVar("Result")
 LARGEST_WHEEL_MIB: Final = 2.8
-_WRONG_MODEL: Final = 5
-"""Exit code of a command that needs a checkout."""
+_WRONG_MODEL: Final = 5  # exit code of a command that needs a checkout
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -25,18 +25,17 @@ environment where an option is marked *: `EDGE_IDENT_` and its name in capitals,
 `EDGE_IDENT_BAUD_RATE`. The [settings file](files.md#settings) comes after it. [Exit
 codes](files.md#exit-codes) are the same for all commands. Every command prints its result.
 """
-_OFTEN: Final = 3
-"""An option of so many commands is explained once."""
+_OFTEN: Final = 3  # an option of so many commands is explained once
 _ALL: Final = "Options of every command"
 _SEVERAL: Final = "Options of several commands"
 _READING: Final = "Options for reading a recording"
 _VIRTUAL: Final = "Options of the virtual drive"
 _CHOICES: Final = re.compile(r"[\w-]+(?:\|[\w-]+)+")
+# What most commands say of their result.
 _WRITTEN: Final = re.compile(
     r"The [\w ]+ (?:is|are)\s+printed; with\s+--output\s+(?:it\s+is|they\s+are)\s+also\s+"
     r"written\s+to\s+([\w.]+?)(\s+in\s+that\s+folder)?\."
 )
-"""What most commands say of their result."""
 _EXAMPLE: Final = re.compile(r"\x08?\nExample:\n +(.+)")
 
 

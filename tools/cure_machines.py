@@ -22,13 +22,11 @@ from firmware_interface.virtual.drive import EFFORT_PER_COUNT_NM
 Array = NDArray[np.float64]
 
 EFFORT_LIMIT_NM: Final = 25.0
-_NOISE: Final = 0.02
-"""Of the recorded effort, over its rms."""
+_NOISE: Final = 0.02  # of the recorded effort, over its rms
 _LEAD_IN_S: Final = 3.0
 DURATION_S: Final = 15.0
 """Of the motion that is judged."""
-_INSIDE: Final = 0.9
-"""Of the range of the identification's motion, that the judged one uses."""
+_INSIDE: Final = 0.9  # of the range of the identification's motion, that the judged one uses
 _HIGHEST_HZ: Final = 1.0
 
 

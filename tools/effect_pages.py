@@ -16,8 +16,7 @@ from edge_ident.model.model_files import unit_of
 from tools.generated_page import write_or_check
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "effects.md"
-_UNBOUNDED: Final = 1e6
-"""Bounds from here on say no more than that a number is finite."""
+_UNBOUNDED: Final = 1e6  # bounds from here on say no more than that a number is finite
 _TINY: Final = 1e-6
 _INTRODUCTION: Final = """\
 <!-- Generated from edge_ident/model/effects/*.py by tools/effect_pages.py; do not edit. -->

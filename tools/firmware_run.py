@@ -95,8 +95,7 @@ class FirmwareRun:
         yield f"read back  {what}{'' if same else ': NO, other numbers'}"
 
 
-_MOVING: Final = ("motion", "second_motion", "verification")
-"""Stages in which the axes move."""
+_MOVING: Final = ("motion", "second_motion", "verification")  # stages in which the axes move
 
 
 def _named(axis: Json) -> str:

@@ -33,8 +33,7 @@ from tests.short_runs import brief_drive
 
 Array = NDArray[np.float64]
 
-_HARMONICS: Final = (2, 5, 9, 13)
-"""Of the third motion: none of them is one of the named motions'."""
+_HARMONICS: Final = (2, 5, 9, 13)  # of the third motion: none of them is one of the named motions'
 _THIRD_SPEED: Final = 0.3
 _THIRD_S: Final = 6.0
 

@@ -22,8 +22,8 @@ from edge_ident.model.effects import catalogue, named
 from tests.planned import Hidden, Peaks, diagnosed, followed, hidden, random_limits
 
 _BATCH = 84
-_SHOWN = 8
-"""Exceedances that a line shows, the largest first."""
+_SHOWN = 8  # exceedances that a line shows, the largest first
+# What is compared with which limit; `tests.planned.Peaks` says how it is measured.
 _LIMITS = {
     "travel": "travel_limit_rad",
     "speed": "speed_limit_rad_s",
@@ -31,11 +31,9 @@ _LIMITS = {
     "effort": "effort_limit_nm",
     "jolt": "acceleration_limit_rad_s2",
 }
-"""What is compared with which limit; `tests.planned.Peaks` says how it is measured."""
 
 
-_NONE = MotionPlan(None, {}, (), (), 0.0, "", 0)
-"""Of a drive whose limits allow no motion."""
+_NONE = MotionPlan(None, {}, (), (), 0.0, "", 0)  # of a drive whose limits allow no motion
 
 
 @dataclass(frozen=True)

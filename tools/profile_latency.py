@@ -58,8 +58,7 @@ NETWORK_LIMIT_MS: Final = 4.0
 """Time that the network may take for two axes, all passes together."""
 BATCHES: Final = (("one image", 1, 1), ("two axes", 2, 2), ("64 starts", 64, 1))
 """Name, guesses and measurements of what the network reads at once."""
-_IN_A_ROW: Final = 5
-"""Passes of one network before the other's turn, as in a loop."""
+_IN_A_ROW: Final = 5  # passes of one network before the other's turn, as in a loop
 MOTIONS: Final[tuple[MotionName, ...]] = ("sinusoid", "multisine")
 
 

@@ -48,10 +48,9 @@ from firmware_interface.virtual.settings import GainBanks
 from tools.judged_machines import JudgedMachine, third_motion, watched, worse_by
 from tools.used_machine_table import key_of, table
 
-_KNOWN: Final = 0.01
-"""To which true parameters are known where gains are designed from them."""
+_KNOWN: Final = 0.01  # to which true parameters are known where gains are designed from them
+# Share of the peak speed below which friction is no line: a reversal is not far.
 _SLOWEST: Final = 0.25
-"""Share of the peak speed below which friction is no line: a reversal is not far."""
 Row = dict[str, Any]
 Errors = Mapping[str, Mapping[str, float]]
 

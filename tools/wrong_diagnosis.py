@@ -37,8 +37,7 @@ Array = NDArray[np.float64]
 
 _WORSE: Final = 0.02
 _WRONG: Final = ("effect", "signs", "base", "effect and base")
-_SPREAD: Final = 0.3
-"""Deviation of the logarithm of wrong base parameters."""
+_SPREAD: Final = 0.3  # deviation of the logarithm of wrong base parameters
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from edge_ident.baselines.methods import METHODS, Method
 from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network, given_network
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import RenderableType
 
+    from edge_ident.baselines.methods import Method
     from edge_ident.support.rows import Table
 
 
@@ -129,6 +129,13 @@ class Comparison(Readable):
         return comparison_figure(self)
 
 
+def all_methods() -> "dict[str, Method]":
+    """Every method by its name; scipy, which some need, is loaded when they are asked for."""
+    from edge_ident.baselines.methods import METHODS
+
+    return METHODS
+
+
 def comparison_methods() -> tuple[str, ...]:
     """Names of the methods that `compare` knows, in alphabetical order.
 
@@ -138,7 +145,7 @@ def comparison_methods() -> tuple[str, ...]:
     >>> "least_squares" in edge_ident.comparison_methods()
     True
     """
-    return tuple(METHODS)
+    return tuple(all_methods())
 
 
 def compare(
@@ -188,7 +195,7 @@ def compare(
     network = None if network is None else given_network(network)
     number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
     methods = [methods] if isinstance(methods, str) else methods
-    known, axes = METHODS, {}
+    known, axes = all_methods(), {}
     for method in methods:
         if method not in known:
             raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
@@ -206,7 +213,7 @@ def compare(
     return Comparison(axes)
 
 
-def _run(name: str, method: Method, problem: Problem) -> Row:
+def _run(name: str, method: "Method", problem: Problem) -> Row:
     start_s = time.perf_counter()
     estimate, reason = _attempt(method, problem)
     time_ms = 1e3 * (time.perf_counter() - start_s)
@@ -221,7 +228,7 @@ def _run(name: str, method: Method, problem: Problem) -> Row:
     return Row(name, estimate, metric, "", tuple(findings), time_ms)
 
 
-def _attempt(method: Method, problem: Problem) -> tuple[Estimate | None, str]:
+def _attempt(method: "Method", problem: Problem) -> tuple[Estimate | None, str]:
     """The estimate, or none and why; one method's failure must not cost the others' answers."""
     try:
         estimate = method(problem)

@@ -9,6 +9,7 @@ from math import gamma, pi, sqrt
 from typing import Final
 
 import numpy as np
+from scipy import optimize
 
 from edge_ident.baselines.problem import Course, Problem, course_along, fit, simulate
 from edge_ident.errors import DataError
@@ -350,8 +351,6 @@ def output_error(problem: Problem) -> Estimate:
     residuals = _Residuals(problem, scale)
     start = fit(problem.regressor, problem.effort) / scale
     lowest = np.where(POSITIVE, _SMALLEST, -np.inf)
-    from scipy import optimize  # takes longer to load than most methods need
-
     found = optimize.least_squares(
         residuals,
         np.maximum(start, 2.0 * lowest),

@@ -14,8 +14,6 @@ from edge_ident.files.units import Unit, count_unit, stated_unit
 from edge_ident.signals.contract_columns import UNITS, parse_name
 from edge_ident.support.given import check_type
 
-# What a person says of a file, beyond what stands in it.
-
 
 @dataclass(frozen=True)
 class ReadOptions:

@@ -28,8 +28,8 @@ has dot products of eight bits, so onnxruntime takes other code there.
 _PROGRAMS: Final = {"qemu-aarch64": "qemu-user", "apt-get": "apt", "dpkg-deb": "dpkg"}
 _FROM_DEBIAN: Final = ("python3-minimal", "libpython3-stdlib", "libstdc++6")
 _PLATFORMS: Final = ("manylinux_2_28_aarch64", "manylinux_2_17_aarch64")
+# The diagnosis alone needs it, and it is half of what would be downloaded.
 _LEFT_OUT: Final = "scipy"
-"""The diagnosis alone needs it, and it is half of what would be downloaded."""
 _LONGEST_S: Final = 600
 
 

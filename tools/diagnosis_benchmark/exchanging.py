@@ -19,6 +19,7 @@ from edge_ident.diagnosis.select import criterion
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import thresholds
 
+# Functions that no threshold reaches, and that take the time.
 _PURE: Final[tuple[tuple[object, str], ...]] = (
     (preparation, "prepare_axis"),
     (fitting, "fit"),
@@ -34,7 +35,6 @@ _PURE: Final[tuple[tuple[object, str], ...]] = (
     (Search, "of"),
     (Search, "_coarse"),
 )
-"""Functions that no threshold reaches, and that take the time."""
 
 
 @contextmanager

@@ -13,8 +13,8 @@ Array = NDArray[np.float64]
 
 ABOVE_BAND: Final = ("fast_vibration", "fast_chirp")
 """Disturbances of the measured effort alone, above any band that a position can show."""
+# Cut-off periods around a reversal in which the filtered sign of the velocity is not judged.
 _SMEARED_PERIODS: Final = 0.7
-"""Cut-off periods around a reversal in which the filtered sign of the velocity is not judged."""
 
 
 def variance_ratio(made: Recordings, sound: Recordings, row: int, axis: int) -> float:

@@ -36,21 +36,18 @@ from firmware_interface.plant.plant import STEPS_PER_SAMPLE
 
 Array = NDArray[np.float64]
 
+# Steps of the plant by which efforts may act after their stamps, or before: 1.5 periods, which
+# belong to the base model.
 _SHIFTS: Final = range(-15, 16)
-"""Steps of the plant by which efforts may act after their stamps, or before: 1.5 periods, which
-belong to the base model."""
-_COARSE: Final = 5
-"""Of them tried first."""
-_MARGIN: Final = 3
-"""Samples beside an unknown direction that a shift may mix with it."""
+_COARSE: Final = 5  # of them tried first
+_MARGIN: Final = 3  # samples beside an unknown direction that a shift may mix with it
+# Waveforms are compared up to here. Sound chains swing from 19 Hz on, and nobody knows the phase of
+# such a swing. No band of `diagnose` is wider either.
 _BAND_HZ: Final = 20.0
-"""Waveforms are compared up to here. Sound chains swing from 19 Hz on, and nobody knows the phase
-of such a swing. No band of `diagnose` is wider either."""
+# Distance from a turning point within which the motor may creep while the table sticks: a sound
+# chain winds up by less than a count to either side. On slow motions that lasts for a second.
 _WOUND_UP: Final = 2.0 * COUNT_RAD
-"""Distance from a turning point within which the motor may creep while the table sticks: a sound
-chain winds up by less than a count to either side. On slow motions that lasts for a second."""
-_BLOCK: Final = 200
-"""Samples."""
+_BLOCK: Final = 200  # samples
 _TINY: Final = float(np.finfo(float).tiny)
 
 

@@ -16,6 +16,7 @@ from tools.diagnosis_benchmark.outcome import Outcome
 from tools.interval_coverage import wilson
 
 _STRENGTH_BINS: Final = 8
+# Columns that do not hold numbers.
 _TEXTS: Final = (
     "",
     "case",
@@ -27,9 +28,7 @@ _TEXTS: Final = (
     "suspected",
     "accused of",
 )
-"""Columns that do not hold numbers."""
-_MOST_FAILURES: Final = 60
-"""Rows of the list of cases that went wrong; the file has them all."""
+_MOST_FAILURES: Final = 60  # rows of the list of cases that went wrong; the file has them all
 
 
 @dataclass(frozen=True)

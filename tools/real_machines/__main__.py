@@ -36,8 +36,8 @@ from tools.real_machines.scores import Score, scores
 from tools.real_machines.stability import stability
 from tools.real_machines.tables import compare_scores, print_scores, print_stability
 
+# Scores of the last run; git ignores it.
 _OUTPUT: Final = Path(__file__).parents[2] / "runs" / "real_machines" / "scores.jsonl"
-"""Scores of the last run; git ignores it."""
 
 
 def main() -> int:

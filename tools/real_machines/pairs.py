@@ -14,12 +14,10 @@ from edge_ident.signals.recording_files import load_recording
 
 Array = NDArray[np.float64]
 
-_SECOND: Final = "_second"
-"""What the name of a second recording ends with."""
-_FIRST: Final = "_first"
-"""What the name of a first recording may end with."""
+_SECOND: Final = "_second"  # what the name of a second recording ends with
+_FIRST: Final = "_first"  # what the name of a first recording may end with
+# Files of one machine whose names do not say so.
 _SAME_MACHINE: Final = (("laas_motor_speed", "laas_uncompensated"),)
-"""Files of one machine whose names do not say so."""
 _COLUMNS: Final = ("position", "effort", "reference", "velocity", "temperature_c")
 
 

@@ -59,7 +59,7 @@ def test_one_methods_failure_costs_no_others_answer(monkeypatch: pytest.MonkeyPa
         return Estimate(np.full(4, np.nan), np.ones(4))
 
     methods = {"broken": broken, "endless": endless, "sound": METHODS["least_squares"]}
-    monkeypatch.setattr(comparison, "METHODS", methods)
+    monkeypatch.setattr(comparison, "all_methods", lambda: methods)
     first, second, third = compare(record(), None).axes["x"].rows
     assert (first.estimate, first.reason) == (
         None,

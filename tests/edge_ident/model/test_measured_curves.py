@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from edge_ident.model.supported_range import SupportedRange
 
 import edge_ident
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.measured_curves import ENTRIES, MEASURED, at_entries, entries
-from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.model.model import AxisModel, Model, SupportedRange, Term
 from edge_ident.model.motion import Motion
 
 TIME_S = np.linspace(0.0, 2.0, 400)
