@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from edge_ident.estimation.trust import OF_PARAMETERS, UNDETERMINED, Finding
 from edge_ident.identification.adequacy import Adequacy
+from edge_ident.identification.friction_curve import FrictionCurve, friction_curve
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.motion import Timing
 from edge_ident.signals.metrics import Metric
@@ -153,6 +154,14 @@ class AxisIdentification:
         """Inertia, and friction as a line: what holds over the speeds that were visited, however
         friction divides among the terms of the model."""
         return self.estimate if self.line is None else self.line
+
+    @property
+    def friction_curve(self) -> FrictionCurve | None:
+        """Friction over speed by direction, whatever laws it is made of; None where the model does
+        not say at which speeds it was seen."""
+        extended = self.source is ParameterSource.EXTENDED_MODEL
+        curves = self.diagnosis.curves if self.diagnosis and extended else ()
+        return friction_curve(self.model, self.effective, curves)
 
     @property
     def trusted(self) -> bool:

@@ -36,6 +36,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "parameters": _parameters(axis),
         "physical": _with_known(_estimate(axis.estimate, axis.units), axis.known),
         "effective": _effective(axis),
+        "friction_curve": axis.friction_curve and axis.friction_curve.document(),
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),

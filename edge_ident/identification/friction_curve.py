@@ -1,0 +1,138 @@
+"""The friction of an axis over its speed, by direction, whatever laws it is made of.
+
+Terms of a model may trade places: how much of the friction is viscous, a recording may not tell.
+Their sum at constant speeds it shows. That is the curve, the mean over the stroke.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import along_motion
+from edge_ident.model.model import BASE, AxisModel, Estimate, SupportedRange, Term
+from edge_ident.model.motion import Motion
+
+if TYPE_CHECKING:
+    from edge_ident.diagnosis.error_budget import AgreeingCurve
+
+Array = NDArray[np.float64]
+
+_POINTS: Final = 21
+_PLACES: Final = 16
+_NORMAL_90: Final = 1.645
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Effort at constant speeds, offset included, with 90 % bands.
+
+    Attributes
+    ----------
+    speed : (P,) array
+        From zero to the highest speed that was visited, in both directions if it went both ways;
+        finer at low ones.
+    forward, backward : (P,) arrays
+        Effort in the positive and in the negative direction.
+    deviation : (P,) array
+        Half the width of the band of either.
+    speed_unit, unit : str
+
+    Examples
+    --------
+    >>> import edge_ident
+    >>> curve = edge_ident.identify(edge_ident.simulate()).axes["x"].friction_curve
+    >>> bool(curve.forward[-1] > curve.forward[0] > 0.0 > curve.backward[0])
+    True
+    """
+
+    speed: Array
+    forward: Array
+    backward: Array
+    deviation: Array
+    speed_unit: str
+    unit: str
+
+    def document(self) -> dict[str, Any]:
+        """For scripts."""
+        return {
+            "speed": {"values": self.speed.tolist(), "unit": self.speed_unit},
+            **{
+                way: {
+                    "values": effort.tolist(),
+                    "low": (effort - self.deviation).tolist(),
+                    "high": (effort + self.deviation).tolist(),
+                }
+                for way, effort in (("forward", self.forward), ("backward", self.backward))
+            },
+            "coverage": 0.9,
+            "unit": self.unit,
+        }
+
+    def table(self) -> dict[str, list[Any]]:
+        """One row for each speed.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        return {
+            "speed": self.speed.tolist(),
+            "forward": self.forward.tolist(),
+            "backward": self.backward.tolist(),
+            "deviation": self.deviation.tolist(),
+        }
+
+
+def friction_curve(
+    model: AxisModel, line: Estimate, curves: "Sequence[AgreeingCurve]" = ()
+) -> FrictionCurve | None:
+    """The friction curve of a model; None where it does not say at which speeds it was seen.
+
+    Parameters
+    ----------
+    model : AxisModel
+    line : Estimate
+        With friction as the line through the curve; the band has its deviations.
+    curves : sequence of AgreeingCurve
+        Of the model; the band has theirs as well.
+    """
+    seen = model.terms[0].supported
+    if seen is None:
+        return None
+    low, high = seen.speed
+    both_ways = low < 0.0 < high
+    top = min(-low, high) if both_ways else max(-low, high)
+    speed = top * np.linspace(0.0, 1.0, _POINTS) ** 2
+    _, viscous, coulomb, offset = line.std
+    # deviations are taken to be independent: where they are not, the band is too wide
+    variance = (speed * viscous) ** 2 + coulomb**2 + offset**2
+    for curve in (one.curve for one in curves if one.curve.over == "speed"):
+        half = np.interp(speed, curve.coordinate, 0.5 * (curve.high - curve.low))
+        variance = variance + (half / _NORMAL_90) ** 2
+    forward, backward = (_at_constant(model, way * speed, way, seen) for way in (1.0, -1.0))
+    position_unit, unit = model.units
+    deviation = _NORMAL_90 * np.sqrt(variance)
+    return FrictionCurve(speed, forward, backward, deviation, f"{position_unit}/s", unit)
+
+
+def _at_constant(model: AxisModel, velocity: Array, way: float, seen: SupportedRange) -> Array:
+    """Effort (P,) at constant velocities in one direction, the mean over the stroke."""
+    place, pace = np.meshgrid(np.linspace(*seen.position, _PLACES), velocity)
+    still = np.zeros(place.size)
+    motion = Motion.known(still, place.ravel(), pace.ravel(), still)
+    motion = replace(motion, direction=np.full(place.size, way))  # also at a speed of zero
+    terms = (term for term in model.terms if term.effect == BASE or _lasting_friction(term))
+    efforts = (named(term.effect).resistance(motion, along_motion(term)) for term in terms)
+    return np.asarray(np.broadcast_to(sum(efforts), place.size).reshape(place.shape).mean(axis=1))
+
+
+def _lasting_friction(term: Term) -> bool:
+    """Whether a term is friction that depends on where the axis is and how fast it goes alone."""
+    effect = named(term.effect)
+    elsewhere = effect.tied_to_time or effect.memory_size or effect.has_source(term.source_axis)
+    return effect.search.shares_friction and not elsewhere
