@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from edge_ident.estimation.trust import OF_PARAMETERS, UNDETERMINED, Finding
 from edge_ident.identification.adequacy import Adequacy
-from edge_ident.identification.friction_curve import FrictionCurve, friction_curve
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.motion import Timing
 from edge_ident.signals.metrics import Metric
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from edge_ident.diagnosis.error_budget import ErrorBudget
     from edge_ident.diagnosis.result import AxisDiagnosis
+    from edge_ident.identification.friction_curve import FrictionCurve
     from edge_ident.support.rows import Table
 
 
@@ -156,9 +156,11 @@ class AxisIdentification:
         return self.estimate if self.line is None else self.line
 
     @property
-    def friction_curve(self) -> FrictionCurve | None:
+    def friction_curve(self) -> "FrictionCurve | None":
         """Friction over speed by direction, whatever laws it is made of; None where the model does
         not say at which speeds it was seen."""
+        from edge_ident.identification.friction_curve import friction_curve
+
         extended = self.source is ParameterSource.EXTENDED_MODEL
         curves = self.diagnosis.curves if self.diagnosis and extended else ()
         return friction_curve(self.model, self.effective, curves)
