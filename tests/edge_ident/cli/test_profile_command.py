@@ -72,4 +72,4 @@ def test_a_machine_that_it_names_moves_as_its_drive_does(
 def test_the_help_says_that_it_moves_the_axes_and_commits_gains() -> None:
     text = " ".join(CliRunner().invoke(app, ["profile", "--help"]).stdout.split())
     assert "axes move with the effort on" in text
-    assert "committed again and again, and taken back" in text
+    assert "committed and rolled back repeatedly" in text

@@ -38,12 +38,11 @@ GUARDED = OWN.replace(
 
 @pytest.fixture
 def folder(tmp_path: Path, registry: None, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Of a recording in `units`, made with the effect, which this process has registered."""
+    """Of the file that has registered the effect in this process."""
     monkeypatch.syspath_prepend(str(tmp_path))
     (tmp_path / "helper.py").write_text(HELPER, encoding="utf-8")
     carry_out(tmp_path / "own.py", OWN, "__main__")
-    recording = edge_ident.simulate(dragged(), "multisine", cycles=1)
-    edge_ident.save_recording(recording, tmp_path / "units" / "a.npz")
+    (tmp_path / "units").mkdir()
     return tmp_path
 
 
@@ -70,6 +69,8 @@ def surveyed(folder: Path) -> edge_ident.SurveyedRecording:
 
 def test_a_process_knows_what_the_program_registered(folder: Path) -> None:
     """It carries out the file as far as the call, and no further."""
+    recording = edge_ident.simulate(dragged(), "multisine", cycles=1)
+    edge_ident.save_recording(recording, folder / "units" / "a.npz")
     (folder / "own.py").write_text(OWN + AFTER, encoding="utf-8")
     found = surveyed(folder)
     assert found.failed is None
@@ -83,6 +84,7 @@ def test_a_process_knows_what_the_program_registered(folder: Path) -> None:
 
 
 def test_an_effect_from_a_prompt_is_refused_before_the_work(folder: Path, registry: None) -> None:
+    (folder / "units" / "a.csv").touch()
     exec(compile(OWN, "<stdin>", "exec", dont_inherit=True), {"__name__": "prompt"})
     with pytest.raises(edge_ident.ModelError, match="at a prompt or in a notebook"):
         surveyed(folder)
