@@ -130,19 +130,17 @@ def condition(
         clipped_share = float(np.mean(unknown))
         count, noise = sampling.count, sampling.position_noise
     else:
-        unknown = grid.unknown(effort) if effort.ndim == 1 else np.zeros(len(time_s), np.bool_)
-        clipped_share = float(np.mean(clipped(effort))) if effort.ndim == 1 else 0.0
+        unknown, clipped_share = _unknown_and_clipped(grid, effort)
         position, effort = grid.resampled(position), grid.resampled(effort)
         count, noise = count_and_noise(position)
         cutoff_hz, motion = _cutoff_and_motion(position, period_s, noise)
-    recorded_period_s = sampling.period_s if sampling else period_s
     motion = motion or differentiate(position, cutoff_hz, period_s, orders=(1, 2))
     rows = _filtered(
         motion, effort, cutoff_hz, period_s, delay_s=effort_shift_s, decimated=sampling is not None
     )
     still = standing(position, noise, cutoff_hz, period_s, rms(rows[1]))
     moving = ~still & ~near_unknown(unknown, cutoff_hz, period_s)
-    acceleration_std = max(float(np.std(rows[0])), _TINY)
+    of_noise = acceleration_noise(noise, cutoff_hz, sampling.period_s if sampling else period_s)
     bridged = bridge(rows, moving)
     return Signals(
         grid=grid,
@@ -150,14 +148,20 @@ def condition(
         effort=bridged[4:].reshape(effort.shape),
         regressor=bridged[:4].T,
         moving=moving,
-        acceleration_noise=acceleration_noise(noise, cutoff_hz, recorded_period_s)
-        / acceleration_std,
+        acceleration_noise=of_noise / max(float(np.std(rows[0])), _TINY),
         unknown_share=float(np.count_nonzero(unknown) / len(unknown)),
         clipped_share=clipped_share,
         sampling=sampling,
         encoder_count=count,
         position_noise=noise,
     )
+
+
+def _unknown_and_clipped(grid: EvenGrid, effort: Array) -> tuple[NDArray[np.bool_], float]:
+    """Samples that say nothing, and the share of clipped ones; none of several efforts."""
+    if effort.ndim > 1:
+        return np.zeros(effort.shape[-1], np.bool_), 0.0
+    return grid.unknown(effort), float(np.mean(clipped(effort)))
 
 
 def with_effort(signals: Signals, effort: Array, effort_shift_s: float) -> Signals:
