@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion
-from edge_ident.model.model import BASE, AxisModel, Estimate, SupportedRange, Term
+from edge_ident.model.model import AxisModel, Estimate, SupportedRange
 from edge_ident.model.motion import Motion
 
 if TYPE_CHECKING:
@@ -122,17 +120,24 @@ def friction_curve(
 
 def _at_constant(model: AxisModel, velocity: Array, way: float, seen: SupportedRange) -> Array:
     """Effort (P,) at constant velocities in one direction, the mean over the stroke."""
+    _, viscous, coulomb, offset = model.parameters
+    base = viscous * velocity + coulomb * way + offset
+    return base if len(model.terms) == 1 else base + _of_terms(model, velocity, way, seen)
+
+
+def _of_terms(model: AxisModel, velocity: Array, way: float, seen: SupportedRange) -> Array:
+    """The same of terms that are friction and depend on place and speed alone."""
+    from edge_ident.model.effects import named  # sound axes have no terms, and start faster
+    from edge_ident.model.inverse import along_motion
+
     place, pace = np.meshgrid(np.linspace(*seen.position, _PLACES), velocity)
     still = np.zeros(place.size)
     motion = Motion.known(still, place.ravel(), pace.ravel(), still)
     motion = replace(motion, direction=np.full(place.size, way))  # also at a speed of zero
-    terms = (term for term in model.terms if term.effect == BASE or _lasting_friction(term))
-    efforts = (named(term.effect).resistance(motion, along_motion(term)) for term in terms)
-    return np.asarray(np.broadcast_to(sum(efforts), place.size).reshape(place.shape).mean(axis=1))
-
-
-def _lasting_friction(term: Term) -> bool:
-    """Whether a term is friction that depends on where the axis is and how fast it goes alone."""
-    effect = named(term.effect)
-    elsewhere = effect.tied_to_time or effect.memory_size or effect.has_source(term.source_axis)
-    return effect.search.shares_friction and not elsewhere
+    found = np.zeros(place.size)
+    for term in model.terms[1:]:
+        effect = named(term.effect)
+        elsewhere = effect.tied_to_time or effect.memory_size or effect.has_source(term.source_axis)
+        if effect.search.shares_friction and not elsewhere:
+            found = found + effect.resistance(motion, along_motion(term))
+    return np.asarray(found.reshape(place.shape).mean(axis=1))
