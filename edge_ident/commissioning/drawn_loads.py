@@ -21,7 +21,8 @@ from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, base_at, inverse_effort, remembers
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
-from edge_ident.model.motion import NO_SHIFT, OVER_POSITION, OVER_SPEED, Motion, Repeating, Timing
+from edge_ident.model.motion import NO_SHIFT, Motion, Timing
+from edge_ident.model.repeating import OVER_POSITION, OVER_SPEED, Repeating
 from edge_ident.signals.conditioning import Signals, choose_cutoff, filtered_regressor
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import AxisRecord, Recording

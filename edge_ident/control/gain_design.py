@@ -30,7 +30,7 @@ from edge_ident.control.position_loop import LoopHardware, Plant, margins_of, qu
 from edge_ident.errors import GainError
 from edge_ident.model.inverse import base_at
 from edge_ident.model.model import BOARD_UNITS, AxisModel
-from edge_ident.model.motion import Repeating
+from edge_ident.model.repeating import Repeating
 from edge_ident.support.words import listed
 from firmware_interface.gains import FEEDBACK, AxisGains
 

@@ -13,7 +13,8 @@ from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.model_files import unit_of
-from edge_ident.model.motion import Array, Motion, Repeating
+from edge_ident.model.motion import Array, Motion
+from edge_ident.model.repeating import Repeating
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains
 from firmware_interface.motion import Reference

@@ -34,7 +34,8 @@ from edge_ident.model.model import (
     Term,
     base_axis,
 )
-from edge_ident.model.motion import OVER_SPEED, Array, Grid, Repeating
+from edge_ident.model.motion import Array
+from edge_ident.model.repeating import OVER_SPEED, Grid, Repeating
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording

@@ -121,7 +121,7 @@ def friction_curve(
 def _at_constant(model: AxisModel, velocity: Array, way: float, seen: SupportedRange) -> Array:
     """Effort (P,) at constant velocities in one direction, the mean over the stroke."""
     _, viscous, coulomb, offset = model.parameters
-    base = viscous * velocity + coulomb * way + offset
+    base: Array = viscous * velocity + coulomb * way + offset
     return base if len(model.terms) == 1 else base + _of_terms(model, velocity, way, seen)
 
 
@@ -140,4 +140,5 @@ def _of_terms(model: AxisModel, velocity: Array, way: float, seen: SupportedRang
         elsewhere = effect.tied_to_time or effect.memory_size or effect.has_source(term.source_axis)
         if effect.search.shares_friction and not elsewhere:
             found = found + effect.resistance(motion, along_motion(term))
-    return np.asarray(found.reshape(place.shape).mean(axis=1))
+    mean: Array = found.reshape(place.shape).mean(axis=1)
+    return mean

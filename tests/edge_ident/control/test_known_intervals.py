@@ -10,7 +10,7 @@ from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, Ground
 from edge_ident.control.position_loop import LoopHardware, margins_of
 from edge_ident.errors import GainError
 from edge_ident.model.model import AxisModel, Estimate, base_axis
-from edge_ident.model.motion import OVER_POSITION, OVER_SPEED, Grid, Repeating
+from edge_ident.model.repeating import OVER_POSITION, OVER_SPEED, Grid, Repeating
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.motion import Reference
 from firmware_interface.virtual.settings import CONSERVATIVE_GAINS, DEFAULT_LIMITS
