@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from firmware_interface.board_session import Session
-from firmware_interface.board_types import BoardIdentity, ReadWords, checked_gains, received
+from firmware_interface.board_types import BoardIdentity, ReadWords, checked_gains
 from firmware_interface.codec import addresses, crc32, decode_integer, read_spans
 from firmware_interface.errors import BoardError, BusyError, LinkError, NoReplyError, RestartedError
 from firmware_interface.gains import (
@@ -16,6 +16,7 @@ from firmware_interface.gains import (
     span_of,
     staged_writes,
 )
+from firmware_interface.received import received
 from firmware_interface.registers import AXES, REGISTERS, STORE_SIGNATURE, Opcode, Result
 
 _TRIES: Final = 3

@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.board_types import received, received_integer
 from firmware_interface.codec import crc32, decode_integer, encode
 from firmware_interface.errors import LinkError
+from firmware_interface.received import received, received_integer
 from firmware_interface.registers import AXES, REGISTERS, IdentificationReason, IdentificationState
 
 ReadWords = Callable[[int, int], list[int]]

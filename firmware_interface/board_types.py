@@ -8,11 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface import registers
-from firmware_interface.codec import RawPage, addresses, decode_array, decode_integer, read_spans
-from firmware_interface.errors import BoardError, ChangedWordError, LinkError
+from firmware_interface.codec import RawPage, addresses, decode_integer, read_spans
+from firmware_interface.errors import ChangedWordError, LinkError
 from firmware_interface.gains import GAIN_FIELDS, AxisGains, bank_spans, decode_gains
-from firmware_interface.register import Register
+from firmware_interface.received import nonsense, received, received_integer
 from firmware_interface.registers import (
     AXES,
     MAGIC,
@@ -319,38 +318,6 @@ def page_in_si(page: RawPage, identity: BoardIdentity) -> CapturePage:
     )
 
 
-# What a board sends, believed only after a look: finite, in its range, a known code.
-
-
-def valid_value(register: Register, value: float) -> bool:
-    """Whether a value may stand in a register: finite, within its range, one of its codes."""
-    if register.enum:
-        return value in {int(code) for code in getattr(registers, register.enum)}
-    lowest = -math.inf if register.minimum is None else register.minimum
-    highest = math.inf if register.maximum is None else register.maximum
-    return math.isfinite(value) and lowest <= value <= highest
-
-
-def received(name: str, words: Sequence[int], base: int | None = None) -> float:
-    """Value of a register that is no array, from words as `codec.decode` takes them.
-
-    Raises
-    ------
-    BoardError
-        No such value may stand there.
-    """
-    register = registers.REGISTERS[name]
-    (value,) = decode_array(name, words, base)
-    if not valid_value(register, value):
-        raise _nonsense(name, value)
-    return value
-
-
-def received_integer(name: str, words: Sequence[int], base: int | None = None) -> int:
-    """Value of a code, counter or flag; see `received`."""
-    return int(received(name, words, base))
-
-
 def checked_gains(group: str, gains: Mapping[str, AxisGains]) -> dict[str, AxisGains]:
     """Gains by axis; the group of registers is for the message.
 
@@ -362,15 +329,8 @@ def checked_gains(group: str, gains: Mapping[str, AxisGains]) -> dict[str, AxisG
     for axis, bank in gains.items():
         for name, value in bank.numbers().items():
             if not math.isfinite(value):
-                raise _nonsense(f"{group}.{axis}.{name}", value)
+                raise nonsense(f"{group}.{axis}.{name}", value)
     return dict(gains)
-
-
-def _nonsense(name: str, value: float) -> BoardError:
-    return BoardError(
-        f"the board sends {value:g} as {name}, which is impossible",
-        "install the same release on board and host; if they are, have the board checked",
-    )
 
 
 # The register maps whose boards a host drives: its own, and the older ones that it still knows.

@@ -6,9 +6,9 @@ from edge_ident.errors import BoardError
 from edge_ident.support.words import plain_number
 from firmware_interface import registers
 from firmware_interface.board import Board
-from firmware_interface.board_types import valid_value
 from firmware_interface.codec import encode
 from firmware_interface.errors import ValueRefusedError
+from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 from firmware_interface.registers import REGISTERS, State
 

@@ -18,7 +18,7 @@ Several recordings, such as the axes of one, are read together: each pass is one
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -38,8 +38,10 @@ from edge_ident.signals.one_period import (
 )
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board_identification import BoardAxis, CapturedCounts
-from firmware_interface.board_types import BoardIdentity
 from firmware_interface.registers import AXES, IdentificationReason
+
+if TYPE_CHECKING:
+    from firmware_interface.board_types import BoardIdentity
 
 GOOD_ENOUGH: Final = 0.002
 """Relative residual at which the loop stops: below what any recording resolves."""
@@ -343,12 +345,12 @@ class BoardNetwork:
                 "train a network for the motion, without --configuration paper",
             )
 
-    def identify(self, captured: CapturedCounts, board: BoardIdentity) -> dict[str, BoardAxis]:
+    def identify(self, captured: CapturedCounts, board: "BoardIdentity") -> dict[str, BoardAxis]:
         """What the board says of each axis."""
         return {name: axis for name, (axis, _) in self.estimates(captured, board).items()}
 
     def estimates(
-        self, captured: CapturedCounts, board: BoardIdentity
+        self, captured: CapturedCounts, board: "BoardIdentity"
     ) -> dict[str, tuple[BoardAxis, NetworkEstimate | None]]:
         """The same, with the network's estimate where it was asked."""
         period_s, sampling_s = self.network.manifest.motion.period_s, board.sample_period_s
@@ -365,7 +367,7 @@ class BoardNetwork:
         }
 
     def _axis(
-        self, blocks: Blocks, period_s: float, board: BoardIdentity
+        self, blocks: Blocks, period_s: float, board: "BoardIdentity"
     ) -> tuple[BoardAxis, NetworkEstimate | None]:
         seen = self._conditioned(blocks, period_s, board)
         why_not = self._illegible(seen, board.effort_per_count_nm)
@@ -380,7 +382,7 @@ class BoardNetwork:
             found,
         )
 
-    def _conditioned(self, blocks: Blocks, period_s: float, board: BoardIdentity) -> Period:
+    def _conditioned(self, blocks: Blocks, period_s: float, board: "BoardIdentity") -> Period:
         return condition_period(
             blocks,
             KnownMotion.of(self.network.manifest.motion.regressor),

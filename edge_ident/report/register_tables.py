@@ -6,7 +6,8 @@ from dataclasses import asdict
 from typing import Any
 
 from edge_ident.commissioning.register_access import code_name
-from firmware_interface.board_types import MAP_CRCS, valid_value
+from firmware_interface.board_types import MAP_CRCS
+from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 
 Values = Mapping[str, tuple[float, ...]]

@@ -16,9 +16,10 @@ from firmware_interface.board_identification import (
     CapturedCounts,
     identification_words,
 )
-from firmware_interface.board_types import BoardIdentity, read_identity, valid_value
+from firmware_interface.board_types import BoardIdentity, read_identity
 from firmware_interface.codec import RawPage, Span, addresses, decode, encode, encode_page
 from firmware_interface.errors import BoardError, ValueRefusedError
+from firmware_interface.received import valid_value
 from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
     AXES,
