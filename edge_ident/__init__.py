@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from edge_ident.control.drive_gains import GainDesigns, design_gains
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
+    from edge_ident.diagnosis.measures import TOLERANCE
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-    from edge_ident.diagnosis.tolerance import TOLERANCE
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
     from edge_ident.drive.motions import load_motion, save_motion
     from edge_ident.errors import (
@@ -134,7 +134,7 @@ __getattr__ = lazy_names(
         "edge_ident.control.gain_design": "GainDesign",
         "edge_ident.diagnosis.diagnose": "diagnose",
         "edge_ident.diagnosis.result": "AxisDiagnosis Diagnosis",
-        "edge_ident.diagnosis.tolerance": "TOLERANCE",
+        "edge_ident.diagnosis.measures": "TOLERANCE",
         "edge_ident.drive.description": "Drive DriveAxis load_drive",
         "edge_ident.drive.motions": "load_motion save_motion",
         "edge_ident.errors": "BoardError DataError EdgeIdentError GainError LinkError ModelError",

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.recording import AxisRecord, Recording
 from firmware_interface.plant import (

@@ -10,20 +10,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import error_budget
-from edge_ident.diagnosis.budget.prepared import missed
-from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.budget.account import error_budget, missed
 from edge_ident.diagnosis.fit.candidates import base_regressor, candidates, grid, regressors
 from edge_ident.diagnosis.fit.candidates import term as term_of
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.held_out import standard_deviations
+from edge_ident.diagnosis.fit.linear import solve_within
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import model_fit, traces
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.select.screening import excited, measurable
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.select.search import excited, measurable
 from edge_ident.drive.description import Drive, DriveAxis, load_drive
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term

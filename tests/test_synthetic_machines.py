@@ -10,9 +10,9 @@ import pytest
 from edge_ident.baselines.comparison import compare
 from edge_ident.baselines.methods import METHODS
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import ParameterSource

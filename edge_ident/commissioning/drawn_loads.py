@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from edge_ident.control.position_loop import LoopHardware
-from edge_ident.diagnosis.prepare.masks import run_in
+from edge_ident.diagnosis.prepare.bandwidth import run_in
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.known_effects import without_delay

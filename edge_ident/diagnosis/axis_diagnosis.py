@@ -4,22 +4,26 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.content import above_band
-from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis
-from edge_ident.diagnosis.budget.account import error_budget
-from edge_ident.diagnosis.budget.prepared import missed
-from edge_ident.diagnosis.curves_in_model import with_curves
+from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis, with_ripples_everywhere
+from edge_ident.diagnosis.budget.account import error_budget, missed
+from edge_ident.diagnosis.elsewhere import leaves_structure
 from edge_ident.diagnosis.error_budget import AgreeingCurve
-from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
-from edge_ident.diagnosis.fit.friction_line import friction_line
-from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
-from edge_ident.diagnosis.fit.summary import model_fit, nonzero_rms, timing, traces
-from edge_ident.diagnosis.fit.term_effort import contributions
-from edge_ident.diagnosis.fit.traded import with_trades
+from edge_ident.diagnosis.fit.deviations import friction_line, with_trades
+from edge_ident.diagnosis.fit.fitting import FittedModel, contributions, delayed, fit
+from edge_ident.diagnosis.fit.summary import (
+    base_space,
+    model_fit,
+    nonzero_rms,
+    own_shares,
+    timing,
+    traces,
+)
 from edge_ident.diagnosis.judge.above_band_causes import (
     beside_causes,
     orders_in_step,
@@ -28,12 +32,10 @@ from edge_ident.diagnosis.judge.above_band_causes import (
     with_ripples,
     without_names,
 )
-from edge_ident.diagnosis.judge.causes import causes, strongest_first
+from edge_ident.diagnosis.judge.causes import causes, not_testable, strongest_first
 from edge_ident.diagnosis.judge.judgement import Rules
-from edge_ident.diagnosis.judge.testability import not_testable
-from edge_ident.diagnosis.measures import Validation
-from edge_ident.diagnosis.other_timing import may_differ, timing_differs
-from edge_ident.diagnosis.other_zero import shift_of_zero, zero_differs
+from edge_ident.diagnosis.measures import Validation, Verdict
+from edge_ident.diagnosis.nuisances import may_differ, shift_of_zero, timing_differs, zero_differs
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
@@ -42,17 +44,15 @@ from edge_ident.diagnosis.recording_checks import (
     with_unrecorded_axes,
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, OutsideVibration
-from edge_ident.diagnosis.ripples_above import with_ripples_everywhere
+from edge_ident.diagnosis.select.acceptance import beyond, explains_most, noise_limit
 from edge_ident.diagnosis.select.selection import fitted_base
-from edge_ident.diagnosis.shown_in import with_sources
-from edge_ident.diagnosis.validation import Judged
+from edge_ident.diagnosis.validation import Judged, with_curves, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
-from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.diagnosis.wider_band import WIDENING, is_open, settles, shows_more
-from edge_ident.diagnosis.written_model import written_model
 from edge_ident.errors import DataError
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.model import AxisModel, Term
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import made_physical
+from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Term
 from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
@@ -304,3 +304,100 @@ def _vibrations(
         )
         for term in terms
     )
+
+
+# A second look, in a wider band.
+#
+# The band of the comparison ends where the encoder's noise covers most of what is seen. Play,
+# presliding and a compliant chain act at reversals, so mostly above it; strong ones show through
+# the noise all the same. So where nothing is named, and the base model leaves more than noise in a
+# wider band, causes are looked for there as well.
+#
+# Three things are no cause there. What explains little of what the base model leaves, although the
+# rest is not worth naming. Where the usual band holds nothing to explain, what is tied to a moment:
+# a wider band holds more of a sound chain's ringing after a jerk, which happens once as well. Where
+# it holds something that nothing explains, anything that was not suspected there.
+
+WIDENING: Final = 2.0
+"""Factor between the bands. At the end of the wider one the filter leaves a sixty-fourth, so a
+still wider one shows next to nothing (`edge_ident.diagnosis.prepare.bandwidth`)."""
+_WORTH: Final = 1.2
+"""Least factor that pays: the sampling rate and the length of a recording limit it."""
+
+
+def is_open(found: AxisDiagnosis, in_band: Verdict) -> bool:
+    """Whether a diagnosis names nothing, though the recordings allow it, and a wider band could
+    change that.
+
+    Parameters
+    ----------
+    found : AxisDiagnosis
+    in_band : Verdict
+        Without what lies above the band.
+    """
+    allowed = not any(finding.blocks for finding in found.findings)
+    clueless = in_band is Verdict.UNEXPLAINED and not found.suspected
+    return allowed and not found.causes and not clueless
+
+
+def shows_more(data: AxisData, usual: AxisData, base: FittedModel) -> bool:
+    """Whether a band is wider indeed than the usual one, and the base model leaves more than noise
+    and the errors of the formulas there."""
+    wide_hz, usual_hz = (max(s.cutoff_hz for s in each.segments) for each in (data, usual))
+    return wide_hz >= _WORTH * usual_hz and leaves_structure(data, base, base, tolerance=0.0)
+
+
+def settles(again: AxisDiagnosis, found: AxisDiagnosis, in_band: Verdict) -> bool:
+    """Whether the diagnosis in the wider band is that of the axis, and not the first one.
+
+    Parameters
+    ----------
+    again, found : AxisDiagnosis
+        In the wider band, and in the usual one.
+    in_band : Verdict
+        In the usual one, without what lies above it.
+    """
+    if again.verdict is not Verdict.EXPLAINED:
+        return False
+    noise = noise_limit(again.noise_floor, uncertainty=0.0)
+    before, after = (beyond(fit.fitted, noise) for fit in (again.base, again.extended))
+    if not explains_most(before, after).accepted:
+        return False
+    causes = {cause.term.effect for cause in again.causes}
+    if in_band is Verdict.ADEQUATE:
+        return not any(named(effect).tied_to_time for effect in causes)
+    return causes <= {cause.term.effect for cause in found.suspected}
+
+
+# The extended model of an axis as a file keeps it: physical, and with the range of each term.
+
+_UNSEEN: Final = 1e-3
+"""Share of the effort that an inertia may take which the recording cannot show: a tenth of the
+smallest effect worth naming. An axis without inertia cannot be simulated."""
+
+
+def written_model(
+    template: AxisModel, estimate: Estimate, causes: Sequence[Cause], data: AxisData
+) -> AxisModel:
+    """The model of base parameters and causes.
+
+    Parameters
+    ----------
+    template : AxisModel
+        The axis with the effects that it is known to have; those keep their ranges.
+    estimate : Estimate
+        Of the base parameters.
+    causes : sequence of Cause
+    data : AxisData
+        What the estimate and the causes come from.
+    """
+    lowest = [named(BASE).bounds[name][0] for name in PARAMETERS]
+    values = dict(zip(PARAMETERS, np.maximum(estimate.parameters, lowest).tolist(), strict=True))
+    std = dict(zip(PARAMETERS, estimate.std.tolist(), strict=True))
+    supported = data.supported
+    added = (replace(cause.term, supported=supported) for cause in causes)
+    terms = (Term(BASE, values, std, supported=supported), *template.terms[1:], *added)
+    effort, acceleration = (
+        nonzero_rms(signal[data.valid]) for signal in (data.effort, data.of_motion("acceleration"))
+    )
+    return made_physical(replace(template, terms=terms), _UNSEEN * effort / acceleration)

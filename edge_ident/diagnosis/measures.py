@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +27,7 @@ class ModelFit:
     metric : Metric
     effective : Estimate or None
         The same with friction as the line through the friction curve
-        (`edge_ident.diagnosis.fit.friction_line`); None where the curve is a line.
+        (`edge_ident.diagnosis.fit.deviations`); None where the curve is a line.
     motion_error : float or None
         Rms position error of the model in simulation (`edge_ident.diagnosis.motion_check`); None
         where it was not simulated.
@@ -152,3 +154,39 @@ class Validation:
     as_found: float
     friction_anew: tuple[float, float]
     causes: tuple[CarriedCause, ...] = ()
+
+
+# The smallest effect that is worth naming.
+
+
+TOLERANCE: Final = 0.01
+"""Share of the rms effort that is worth naming, unless the caller says otherwise. A judgement: a
+hundredth of the effort moves no gain."""
+OUTLIER: Final = 5.0
+"""Standard deviations of a residual beyond which no noise explains it."""
+
+
+def worth_naming(left: Array, effort: Array) -> bool:
+    """Whether what a model leaves at some samples (m,) is the tolerance of all efforts (n,)."""
+    return bool(left @ left >= TOLERANCE**2 * (effort @ effort))
+
+
+# What a diagnosis says of an axis in one word.
+
+
+class Verdict(StrEnum):
+    """Whether the model of an axis is complete."""
+
+    ADEQUATE = "adequate"
+    """The residual of the base model is within the noise floor."""
+    EXPLAINED = "explained"
+    """The residual of the extended model is within the noise floor."""
+    PARTLY_EXPLAINED = "partly_explained"
+    """Causes or curves account for a part; the residual of the extended model has structure."""
+    UNEXPLAINED = "unexplained"
+    """The residual has structure, and nothing is known of it."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether the model leaves no more than noise."""
+        return self in (Verdict.ADEQUATE, Verdict.EXPLAINED)

@@ -13,9 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.error_budget import ABOVE_BAND, AgreeingCurve, ErrorBudget
-from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Traces, Validation
-from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import (
+    TOLERANCE,
+    ModelFit,
+    SpectralLine,
+    Traces,
+    Validation,
+    Verdict,
+)
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.model.motion import NO_SHIFT, Timing
@@ -320,7 +325,7 @@ class Diagnosis(Readable):
         mapping of column name to list
             What a data frame takes.
         """
-        from edge_ident.diagnosis.present.cause_table import cause_table
+        from edge_ident.diagnosis.present.tables import cause_table
 
         return cause_table(self)
 

@@ -15,37 +15,44 @@ the rest does and together beats the base model. So does a cause that has no cer
 beside what carries over.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.block_gain import Gain, gain_of
-from edge_ident.diagnosis.fit.candidates import base_regressor
+from edge_ident.diagnosis.budget.account import missed
+from edge_ident.diagnosis.budget.agreement import agreeing_curves
+from edge_ident.diagnosis.elsewhere import (
+    fitted_anew,
+    leaves_structure,
+    residual_elsewhere,
+    structure_elsewhere,
+)
+from edge_ident.diagnosis.error_budget import AgreeingCurve
+from edge_ident.diagnosis.fit.candidates import base_regressor, cached_effort, own_columns
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
-from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.own_columns import own_columns
-from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
-from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.held_out import Gain, gain_of, standard_deviations
+from edge_ident.diagnosis.fit.linear import orthonormal
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.fit.summary import base_space, nonzero_rms, own_shares
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
-from edge_ident.diagnosis.measures import CarriedCause, Validation
-from edge_ident.diagnosis.model_elsewhere import fitted_anew, residual_elsewhere
+from edge_ident.diagnosis.measures import CarriedCause, Validation, Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.physics import FRICTION
-from edge_ident.diagnosis.select.shift_again import in_step_beside
-from edge_ident.diagnosis.structure_elsewhere import leaves_structure, structure_elsewhere
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.select.second_looks import in_step_beside
 from edge_ident.model.effects import named
+from edge_ident.model.inverse import left_by_terms
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
+from edge_ident.signals.recording import Recording
 
 Array = NDArray[np.float64]
+
 
 _UNSIZED: Final = "beside what carries over, its size is as uncertain as it is large"
 
@@ -265,3 +272,108 @@ def _reason(gain: Gain, refitted: Gain | None) -> str:
 def _not_judged(effect: str) -> CarriedCause:
     reason = "it is tied to the time of its recording, and another one says nothing about it"
     return CarriedCause(effect, None, None, None, None, reason)
+
+
+# In which of several recordings each cause of the common model shows.
+
+
+def with_sources(
+    found: Sequence[Cause], data: AxisData, model: FittedModel, recordings: Sequence[Recording]
+) -> list[Cause]:
+    """Causes with the recordings in which each acts and certainly reduces the residual.
+
+    Parameters
+    ----------
+    found : sequence of Cause
+        In the order of the model's terms.
+    data : AxisData
+        Of all recordings together.
+    model : FittedModel
+        Fitted to them.
+    recordings : sequence of Recording
+    """
+    sources = tuple(recording.source for recording in recordings)
+    if len(sources) == 1:
+        return [replace(cause, shown_in=sources) for cause in found]
+    shown = []
+    for k, cause in enumerate(found):
+        less = fit(data, model.template, model.base, model.without(k))
+        acting = cached_effort(data, model.axis) != cached_effort(data, model.axis_without([k]))
+        shows = []
+        for number, source in enumerate(sources):
+            here = data.valid & (data.recording == number)
+            if not np.any(acting[here]):
+                continue  # what happens once moves the base parameters of all recordings
+            before, after = ((data.effort - m.predicted)[here] for m in (less, model))
+            if gain_of(data.block[here], before, after).certain:
+                shows.append(source)
+        shown.append(replace(cause, shown_in=tuple(shows)))
+    return shown
+
+
+# Curves beside the causes of a model: what agrees in all parts of the recordings, and in another.
+#
+# A law says more than a curve: it has few parameters, and holds beyond what was recorded. So curves
+# take what the base model and the causes leave. Where another recording judges, a curve stays if it
+# certainly makes the prediction of that one better.
+
+
+def with_curves(
+    data: AxisData, other: AxisData | None, judged: Judged, floor: NoiseFloor
+) -> tuple[Judged, tuple[AgreeingCurve, ...]]:
+    """A judged model with the curves that hold, and these.
+
+    Parameters
+    ----------
+    data : AxisData
+        That the model was fitted to.
+    other : AxisData or None
+        Another recording of the axis, in step beside the model.
+    judged : Judged
+    floor : NoiseFloor
+    """
+    model = judged.supported.model
+    found = [
+        replace(curve, term=replace(curve.term, supported=data.supported))
+        for curve in agreeing_curves(missed(data, model, floor, model.axis.units, {}))
+    ]
+    if other is not None:
+        found = [curve for curve in found if _holds(data, other, model, found, curve)]
+    while found and not _fits(model, _beside(data, model, found)):
+        found = found[:-1]
+    if not found:
+        return judged, ()
+    extended = _beside(data, model, found)
+    judged = replace(judged, supported=replace(judged.supported, model=extended))
+    if other is not None and judged.validation is not None:
+        left = rms(residual_elsewhere(other, extended, fitted_anew(extended)))
+        scale = nonzero_rms(other.effort[other.valid])
+        judged = replace(judged, validation=replace(judged.validation, extended=left / scale))
+    return judged, tuple(found)
+
+
+def _fits(model: FittedModel, extended: FittedModel) -> bool:
+    """Whether curves leave a physical axis, and its bounds do not undo what they gain."""
+    return left_by_terms(extended.axis).physical and extended.error < model.error
+
+
+def _beside(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]) -> FittedModel:
+    """The model fitted beside curves."""
+    terms = (*model.template.terms, *(curve.term for curve in curves))
+    return fit(data, replace(model.template, terms=terms), model.base, model.terms)
+
+
+def _holds(
+    data: AxisData,
+    other: AxisData,
+    model: FittedModel,
+    curves: Sequence[AgreeingCurve],
+    curve: AgreeingCurve,
+) -> bool:
+    """Whether a curve certainly reduces what the model leaves of another recording."""
+    fewer = [one for one in curves if one is not curve]
+    without, left = (
+        residual_elsewhere(other, m, fitted_anew(m))
+        for m in (_beside(data, model, some) for some in (fewer, curves))
+    )
+    return bool(gain_of(np.asarray(other.block[other.valid]), without, left).certain)

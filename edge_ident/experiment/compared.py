@@ -14,19 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.bandwidth import Band, search_band
-from edge_ident.diagnosis.prepare.masks import (
+from edge_ident.diagnosis.prepare.bandwidth import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
+    Band,
     aliasing_mask,
     direction_weight,
     reversals,
     run_in,
+    search_band,
     tone_count,
     unknown_directions,
 )
-from edge_ident.diagnosis.prepare.parts import most_hz
-from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES
+from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, most_hz
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion

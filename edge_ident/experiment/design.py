@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import delayed
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.parts import as_diagnosed
-from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.prepare.preparation import as_diagnosed, prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory

@@ -11,9 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
-from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 
 Question = frozenset[str]

@@ -252,7 +252,7 @@ class Judge:
         return _needed(DECISIVE.value + abs(costs[0] - costs[1]), samples)
 
     def _cost(self, term: Term, samples: int) -> float:
-        """Penalty of a term (`edge_ident.diagnosis.select.criterion`)."""
+        """Penalty of a term (`edge_ident.diagnosis.select.search`)."""
         name = key(term)
         if name not in self.cache:
             candidate = Candidate(term.effect, form_of(term), term.source_axis)

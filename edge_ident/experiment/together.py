@@ -18,12 +18,10 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.above_band.line_again import held
+from edge_ident.diagnosis.above_band.moving_line import held
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.measures import TOLERANCE, SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.experiment.open_causes import explanations, structure_in_band, tied_to_time, without
 from edge_ident.experiment.result import MotionPlan, PlannedPair
 from edge_ident.model.model import Model

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.diagnosis.tolerance import TOLERANCE
+from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.fleet.analysis import Options, failure_of
 from edge_ident.fleet.between_units import FEWEST_UNITS, distances, spread_of
 from edge_ident.fleet.folder import Found, Units, find_recordings

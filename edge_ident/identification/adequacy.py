@@ -15,19 +15,21 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.bandwidth import Band, balanced_band, white_noise
-from edge_ident.diagnosis.prepare.masks import (
+from edge_ident.diagnosis.measures import OUTLIER, worth_naming
+from edge_ident.diagnosis.prepare.bandwidth import (
     LEAST_WEIGHT,
     SMEAR_PERIODS,
     TURN_NOISE,
+    Band,
     aliasing_mask,
+    balanced_band,
     direction_weight,
     longer_or_faster,
     run_in,
     tone_count,
+    white_noise,
 )
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
-from edge_ident.diagnosis.tolerance import OUTLIER, worth_naming
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis
 from edge_ident.estimation.effort_checks import (

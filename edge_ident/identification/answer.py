@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.effort_checks import UNRELATED, check_effort, regime_spread, regimes

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects

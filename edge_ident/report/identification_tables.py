@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from edge_ident.diagnosis.present.finding_lines import finding_lines
+from edge_ident.diagnosis.present.tables import finding_lines
 from edge_ident.diagnosis.present.wording import timing_sentence, values
 from edge_ident.identification.result import AxisIdentification, Identification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import base_regressor
-from edge_ident.diagnosis.fit.projection import orthonormal
+from edge_ident.diagnosis.fit.linear import orthonormal
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording

@@ -11,11 +11,11 @@ from pickle import Pickler
 from typing import Any, Final
 
 from edge_ident.diagnosis import motion_check
-from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary, term_effort
-from edge_ident.diagnosis.judge import testability
+from edge_ident.diagnosis.fit import fitting, held_out, noise_floor, summary
+from edge_ident.diagnosis.judge import causes
 from edge_ident.diagnosis.prepare import preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select import criterion
+from edge_ident.diagnosis.select import search
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import thresholds
 
@@ -27,10 +27,10 @@ _PURE: Final[tuple[tuple[object, str], ...]] = (
     (held_out, "standard_deviations"),
     (noise_floor, "noise_floor"),
     (summary, "model_fit"),
-    (term_effort, "contributions"),
+    (fitting, "contributions"),
     (summary, "traces"),
-    (criterion, "model_discrepancy"),
-    (testability, "_orthogonal_shares"),
+    (search, "model_discrepancy"),
+    (causes, "_orthogonal_shares"),
     (motion_check, "with_motion_errors"),
     (Search, "of"),
     (Search, "_coarse"),

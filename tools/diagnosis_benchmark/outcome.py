@@ -8,8 +8,8 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Cause, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from firmware_interface.plant import SAMPLE_S
 from tools.diagnosis_benchmark.bias import mean_parameters, relative_errors
 from tools.diagnosis_benchmark.cases import Case

@@ -9,8 +9,7 @@ import numpy as np
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import base_regressor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.parts import as_diagnosed
-from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.prepare.preparation import as_diagnosed, prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.effects import named

@@ -4,7 +4,7 @@ A regressor is the change that a small amplitude makes to the prediction of a mo
 serves loads, friction, memory, actuator, encoder and timing: each effect's file says how it acts.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -17,6 +17,8 @@ from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
 from edge_ident.model.search import ChangesWith, Excitation, Form
 
 Array = NDArray[np.float64]
+
+
 Values = Mapping[str, float] | Mapping[str, Array]
 """Values of parameters by name: numbers, or arrays (D,)."""
 
@@ -295,3 +297,141 @@ def _with_small(
     added = term(candidate, sets, dict(zip(linear, small, strict=False)))
     rows = data.predicted(replace(axis, terms=(*axis.terms, added)))
     return np.asarray(rows).reshape(size, count, -1)
+
+
+# What each of several recordings has of its own beside the common model: a shift, and base
+# parameters that differ from day to day.
+#
+# Bearings warm up, and sensors are tared. A model with one offset would have to explain the
+# difference by causes.
+#
+# An own offset is a matter of a tare, and small. Where every recording moves one way, it would be
+# all that the dry friction is: there, one offset is that of all.
+
+
+_KEY: Final[Hashable] = "own columns"
+_APART: Final = ("coulomb_friction", "offset")
+_SAME: Final = 0.95
+"""Cosine of the angle between direction and offset, from which a recording moves one way."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def own_columns(data: AxisData) -> Array:
+    """Columns (n, R + K·(R - 1)) for R recordings and their K own parameters, computed once.
+
+    First what a further shift of each adds to the effort, per s. Then each own parameter of each
+    recording but the last, above that of the last. The base model has the means over all samples.
+    """
+    if _KEY not in data.cache:
+        known = np.array([float(name != "offset" or not one_way(data)) for name in data.own])
+        inside = [data.recording == k for k in range(len(data.segments) - 1)]
+        columns = (base_regressor(data)[:, PARAMETERS.index(name)] for name in data.own)
+        own = [
+            apart * (here - np.mean(here)) * column
+            for apart, column in zip(known, columns, strict=True)
+            for here in inside
+        ]
+        data.cache[_KEY] = np.column_stack([data.timing_columns, *own])
+    return data.cache[_KEY]
+
+
+def one_way(data: AxisData) -> bool:
+    """Whether each of several recordings moves one way, so that direction and offset are the same
+    in it, and not all of them do in the same."""
+    columns = base_regressor(data)
+    direction, offset = (columns[:, PARAMETERS.index(name)] for name in _APART)
+    alike = []
+    for k in range(len(data.segments)):
+        here = data.recording == k
+        size = float(np.linalg.norm(direction[here]) * np.linalg.norm(offset[here]))
+        alike.append(float(direction[here] @ offset[here]) / max(size, _TINY))
+    return min(map(abs, alike)) > _SAME and min(alike) < 0.0 < max(alike)
+
+
+def own_parameters(data: AxisData, base: Array, own: Array) -> dict[str, Array]:
+    """What each recording has of a base parameter, (R,), for each of the own ones.
+
+    Parameters
+    ----------
+    data : AxisData
+    base : (4,) array
+        Base parameters: the means over all samples.
+    own : (R + K·(R - 1),) array
+        Values of the own columns.
+    """
+    count = len(data.segments)
+    above_last = np.pad(own[count:].reshape(len(data.own), count - 1), ((0, 0), (0, 1)))
+    weight = np.bincount(data.recording, minlength=count) / len(data.recording)
+    above_mean = above_last - (above_last @ weight)[:, None]
+    return {
+        name: base[PARAMETERS.index(name)] + of_each
+        for name, of_each in zip(data.own, above_mean, strict=True)
+    }
+
+
+def own_limits(data: AxisData, *, shifted: bool) -> tuple[Array, Array]:
+    """Lowest and highest values (R + K·(R - 1),) of the same.
+
+    Where a delay carries the whole shift, `shifted` is False, and there is no further one.
+    """
+    early, late = data.timing_limits
+    free = np.full(len(data.own) * (len(data.segments) - 1), np.inf)
+    return np.append(early * shifted, -free), np.append(late * shifted, free)
+
+
+# Derivatives of a model's effort by its linear parameters, where the efforts do not add up.
+
+
+def derivatives(
+    data: AxisData, axis: AxisModel, predicted: Array, linear: Sequence[Collection[str]]
+) -> Array:
+    """Derivatives (n, P) by base parameters, the recordings' own, and linear parameters.
+
+    Parameters
+    ----------
+    predicted : (n,) array
+        Effort of the model.
+    linear : sequence of collection of str
+        Linear parameters of each of the last terms.
+    """
+    first = len(axis.terms) - len(linear)
+    names = {0: PARAMETERS} | {k: tuple(x) for k, x in enumerate(linear, first) if x}
+    base, *added = (_of_term(data, axis, predicted, *place).T for place in names.items())
+    return np.hstack([base, own_columns(data), *added])
+
+
+def _of_term(
+    data: AxisData, axis: AxisModel, predicted: Array, place: int, names: tuple[str, ...]
+) -> Array:
+    """Derivatives (K, n) by K parameters of the term at one place.
+
+    Where its effort is in proportion to them, they are the same wherever these parameters are.
+    """
+    term, needed = axis.terms[place], alone(axis, place)
+    follows = any(named(t.effect).follows_base for t in needed.terms)
+    if needed is axis or follows or not named(term.effect).additive:
+        made = predicted if needed is axis else cached_effort(data, needed)
+        return _difference(data, needed, made, term, names)
+    at_zero = replace(term, values={**term.values, **dict.fromkeys(names, 0.0)})
+    needed = _with(needed, term, at_zero)
+    key = ("by linear parameters", names, effort_key(needed))
+    if key not in data.cache:
+        made = cached_effort(data, needed)
+        data.cache[key] = _difference(data, needed, made, at_zero, names)
+    return data.cache[key]
+
+
+def _difference(
+    data: AxisData, axis: AxisModel, made: Array, term: Term, names: tuple[str, ...]
+) -> Array:
+    """What each of K parameters of a term adds per unit to the effort (n,) of a model, (K, n)."""
+    moved = {name: np.full(len(names), x, dtype=np.float64) for name, x in term.values.items()}
+    for row, name in enumerate(names):
+        moved[name][row] += _SMALL
+    rows = np.atleast_2d(data.predicted(_with(axis, term, replace(term, values=moved))))
+    return np.asarray((rows - made) / _SMALL)
+
+
+def _with(axis: AxisModel, term: Term, other: Term) -> AxisModel:
+    """A model with another term in the place of one."""
+    return replace(axis, terms=tuple(other if t is term else t for t in axis.terms))

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.library import Grid
-from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.motion import cosine_and_sine
 from edge_ident.model.rigid_body import EXTERNAL_VIBRATION
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD

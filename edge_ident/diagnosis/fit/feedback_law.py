@@ -15,7 +15,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.filters import strongest_line
 

@@ -4,13 +4,13 @@ Both need derivatives of the prediction by the nonlinear parameters as well.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.bounded import solve
 from edge_ident.diagnosis.fit.candidates import (
     alone,
     cached_derivatives,
@@ -18,12 +18,16 @@ from edge_ident.diagnosis.fit.candidates import (
     term,
     to_both_sides,
 )
-from edge_ident.diagnosis.fit.fitting import FittedModel, additive
+from edge_ident.diagnosis.fit.fitting import FittedModel, additive, term_effort
+from edge_ident.diagnosis.fit.linear import orthonormal, solve
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.estimation.least_squares import coloured_std
+from edge_ident.model.effects import named
+from edge_ident.model.model import BASE, PARAMETERS
 from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
+
 
 _FOLDS: Final = 5
 _LEARNED: Final = 0.005
@@ -207,3 +211,100 @@ def _prior_rows(unit: Array, length: Array, nonlinear: int) -> Array:
             # standard deviation of the parameter over that of a sample, for white noise
             rows[k, at] = length[at] / size
     return rows
+
+
+# How much smaller one residual is than another, with an interval from blocks of time.
+
+
+_LEVEL: Final = 0.975
+"""Quantile of the interval's ends."""
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Relative reduction of a residual's rms, with its 95 % interval."""
+
+    value: float
+    interval: tuple[float, float]
+
+    @property
+    def certain(self) -> bool:
+        """Whether the residual certainly falls."""
+        return self.interval[0] > 0.0
+
+
+def gain_of(block: NDArray[np.intp], before: Array, after: Array) -> Gain:
+    """Relative reduction of the rms from one residual to another.
+
+    The logarithm of the ratio of two sums over B blocks is nearly normal. Its variance is that of
+    the blocks' parts of it (the delta method), with B - 1 degrees of freedom.
+
+    Parameters
+    ----------
+    block : (n,) array of int
+        Numbers of the blocks of time.
+    before, after : (n,) arrays
+    """
+    present = np.bincount(block) > 0
+    old, new = (np.bincount(block, r**2)[present] for r in (before, after))
+    total_old, total_new = max(float(np.sum(old)), _TINY), max(float(np.sum(new)), _TINY)
+    ratio = 0.5 * np.log(total_new / total_old)
+    blocks = len(old)
+    if blocks < 2:
+        return Gain(float(1.0 - np.exp(ratio)), (-np.inf, 1.0))
+    parts = 0.5 * (new / total_new - old / total_old)
+    std = np.sqrt(blocks / (blocks - 1.0) * float(parts @ parts))
+    reach = float(scipy.special.stdtrit(blocks - 1, _LEVEL)) * std
+    ends = (float(1.0 - np.exp(ratio + reach)), float(1.0 - np.exp(ratio - reach)))
+    return Gain(float(1.0 - np.exp(ratio)), ends)
+
+
+# Model discrepancy: how far the formulas of a model may be from the machine.
+#
+# Each effect's file states the share of its effort by which its formula may be off. A difference
+# within the discrepancy is evidence neither for another cause nor between two models.
+
+
+def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
+    """Sum of squares over the valid samples by which a model's formulas may be off.
+
+    Of each added effect only the component orthogonal to the base model counts. Nothing counts with
+    more than the measured effort: a payload that changes after the first samples may have any size,
+    and the inertia before stands against it.
+    """
+    key = ("discrepancy", fitted.key)
+    if key not in data.results:
+        data.results[key] = _discrepancy(data, fitted)
+    return float(data.results[key])
+
+
+def _discrepancy(data: AxisData, fitted: FittedModel) -> float:
+    valid = data.valid
+    measured = data.effort[valid]
+    varying = fitted.derivatives[valid, : len(PARAMETERS)] @ fitted.base
+    parts = [(BASE, varying - np.mean(varying))]
+    basis = _base_basis(data, fitted)
+    for k, t in enumerate(fitted.terms):
+        effort = term_effort(data, fitted, k)[valid]
+        parts.append((t.candidate.effect, effort - basis @ (basis.T @ effort)))
+    most = float(measured @ measured)
+    return sum(
+        named(effect).search.discrepancy ** 2 * min(float(effort @ effort), most)
+        for effect, effort in parts
+    )
+
+
+def _base_basis(data: AxisData, fitted: FittedModel) -> Array:
+    """Orthonormal basis (n, R) of the base model's columns, computed once where efforts add up.
+
+    Those of parameters that a bound holds are among them: an effect that took the place of the
+    inertia does not err by a share of that.
+    """
+    columns = fitted.derivatives[data.valid, fitted.base_columns]
+    if not additive(fitted.template, fitted.terms):
+        return orthonormal(columns)
+    key = ("base", data.valid.tobytes())
+    if key not in data.cache:
+        data.cache[key] = orthonormal(columns)
+    return data.cache[key]

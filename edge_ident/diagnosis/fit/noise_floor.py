@@ -17,8 +17,7 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.segment import Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import unit_length, widened
 

@@ -9,16 +9,15 @@ import numpy as np
 
 from edge_ident.diagnosis.above_band.content import BandContent, above_band
 from edge_ident.diagnosis.above_band.moving_line import MovingLine
-from edge_ident.diagnosis.above_band.sinusoid import SAME_RATE, Sinusoid
+from edge_ident.diagnosis.above_band.sinusoid_search import SAME_RATE, Sinusoid
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.judge.causes import strongest_first
-from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.acceptance import larger_than_rest
 from edge_ident.diagnosis.select.thresholds import TRADED
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import Recording

@@ -8,11 +8,15 @@ import numpy as np
 
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
+from edge_ident.diagnosis.fit.linear import orthonormal
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.fit.own_effort import Array, base_space, own_efforts
-from edge_ident.diagnosis.fit.projection import orthonormal
-from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
-from edge_ident.diagnosis.fit.summary import nonzero_rms
+from edge_ident.diagnosis.fit.summary import (
+    Array,
+    base_space,
+    nonzero_rms,
+    own_efforts,
+    recorded_sizes,
+)
 from edge_ident.diagnosis.select.acceptance import (
     beyond,
     explains_most,
@@ -20,10 +24,14 @@ from edge_ident.diagnosis.select.acceptance import (
     noise_limit,
     structure_left,
 )
-from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
-from edge_ident.diagnosis.select.held import held_travel, may_be_held
+from edge_ident.diagnosis.select.cross_validation import (
+    held_travel,
+    may_be_held,
+    near_zero,
+    unsized,
+)
+from edge_ident.diagnosis.select.forward_selection import polished
 from edge_ident.diagnosis.select.physics import unphysical
-from edge_ident.diagnosis.select.polishing import polished
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
 from edge_ident.model.effects import named

@@ -16,21 +16,22 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
-from edge_ident.diagnosis.judge.agreement import agreed
 from edge_ident.diagnosis.judge.assessment import Assessment
-from edge_ident.diagnosis.judge.both_halves import decide_halves
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
-from edge_ident.diagnosis.judge.stability import RUNS, disturbed_runs
+from edge_ident.diagnosis.judge.stability import RUNS, agreed, decide_halves, disturbed_runs
 from edge_ident.diagnosis.judge.unnamed_laws import unnamed
+from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
-from edge_ident.diagnosis.select.causes_in_time import imitated, recurring, tied_to_time
-from edge_ident.diagnosis.select.evidence import evidence_for_terms
+from edge_ident.diagnosis.select.cross_validation import (
+    evidence_for_terms,
+    imitated,
+    recurring,
+    tied_to_time,
+)
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
-from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.diagnosis.verdict import Verdict
 
 _UNSETTLED: Final = "the selection of causes did not converge: in another round others may stay"
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"

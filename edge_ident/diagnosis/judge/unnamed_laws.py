@@ -18,9 +18,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.bounded import solve_within
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, bounds
-from edge_ident.diagnosis.fit.recorded_effort import along
+from edge_ident.diagnosis.fit.linear import solve_within
+from edge_ident.diagnosis.fit.summary import along
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import DECISIVE
 from edge_ident.model.effect import Values

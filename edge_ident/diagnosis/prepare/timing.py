@@ -12,7 +12,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.segment import WHOLE_BAND, Segment
+from edge_ident.diagnosis.prepare.axis_data import WHOLE_BAND, Segment
 from edge_ident.model.model import AxisModel, regressor
 from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass

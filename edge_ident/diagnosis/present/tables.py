@@ -1,6 +1,6 @@
 """A diagnosis as tables for a person, by rich."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from rich.console import Group, RenderableType
@@ -8,11 +8,13 @@ from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.error_budget import budget_lines
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.present import wording
-from edge_ident.diagnosis.present.finding_lines import finding_lines
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.estimation.trust import Finding
+from edge_ident.model.model_files import term_rows
 from edge_ident.support.console import FittingTable, plain_table
+from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
 
 VERDICT_COLOUR: Final = {
@@ -94,3 +96,41 @@ def _comparison_table(name: str, diagnosis: Diagnosis) -> FittingTable:
 
 def _line(markup: str) -> Text:
     return Text.from_markup(markup)
+
+
+# Findings for a person, by rich.
+
+
+def finding_lines(findings: Iterable[Finding]) -> Iterator[Text]:
+    """Each finding with its next step; red where it blocks."""
+    for finding in findings:
+        colour = "red" if finding.blocks else "yellow"
+        yield Text.from_markup(f"  [{colour}]{finding.code}[/]: {escape(finding.message)}")
+        yield Text(f"    next: {finding.next_step}")
+
+
+# A diagnosis as one table that a data frame takes: a row for each parameter of each cause.
+
+NAMES = (
+    "axis", "verdict", "kind", "effect", "parameter", "value", "std", "unit", "share",
+    "held_out_gain", "evidence",
+)  # fmt: skip
+
+
+def cause_table(diagnosis: Diagnosis) -> Table:
+    """Columns of `NAMES`; `kind` is supported, suspected or minor. An axis without a cause has one
+    row with its verdict alone."""
+    return table_of(
+        NAMES, (row for name, axis in diagnosis.axes.items() for row in _rows(name, axis))
+    )
+
+
+def _rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
+    kinds = {"supported": axis.causes, "suspected": axis.suspected, "minor": axis.minor}
+    if not any(kinds.values()):
+        yield name, axis.verdict.value, *(None,) * (len(NAMES) - 2)
+    for kind, causes in kinds.items():
+        for cause in causes:
+            for row in term_rows(cause.term, axis.model.units):
+                size = cause.share, cause.held_out_gain, cause.evidence
+                yield name, axis.verdict.value, kind, *row, *size

@@ -4,10 +4,9 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation, Verdict
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis, Refused
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term, base_axis
 from edge_ident.model.model_files import values_document

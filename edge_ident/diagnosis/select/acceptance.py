@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import FittedTerm
-from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     DECISIVE,
@@ -26,6 +25,7 @@ from edge_ident.diagnosis.select.thresholds import (
     SAME_SIZE,
     STRUCTURE,
     SUPPORTED,
+    Threshold,
 )
 
 

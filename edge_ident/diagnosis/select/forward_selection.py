@@ -8,15 +8,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.library import ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.linear import orthonormal
+from edge_ident.diagnosis.fit.refinement import FINE
 from edge_ident.diagnosis.select.acceptance import Evidence, decide
-from edge_ident.diagnosis.select.criterion import independent_samples
-from edge_ident.diagnosis.select.cross_validation import held_out_gain
-from edge_ident.diagnosis.select.evidence import evidence_for_terms, staying
-from edge_ident.diagnosis.select.polishing import polished
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.cross_validation import evidence_for_terms, held_out_gain, staying
+from edge_ident.diagnosis.select.search import Search, independent_samples
 from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
     FEWEST_INDEPENDENT,
@@ -229,3 +230,49 @@ def _distinct(ranked: Iterable[FittedModel]) -> list[FittedModel]:
     for model in ranked:
         kept.setdefault(tuple(sorted(_kind(t.candidate) for t in model.terms)), model)
     return list(kept.values())
+
+
+# Nonlinear parameters of a model, each term once more beside all the others.
+#
+# A term enters at the best values for what was left then. A search that refines nothing, on
+# disturbed data, has the points of its library, among them those of the model that it is to find
+# again.
+
+
+def polished(search: Search, fitted: FittedModel) -> FittedModel:
+    """A model with the nonlinear parameters of each term as they are best beside all the others.
+
+    Parameters
+    ----------
+    search : Search
+    fitted : FittedModel
+    """
+    for place, term in enumerate(fitted.terms):
+        if not (term.candidate.form.nonlinear and _may_change(search, term)):
+            continue
+        rest = search.fit(fitted.base, fitted.without(place))
+        # the inertia may be free beside this term, and not without it
+        others = np.delete(fitted.jacobian, fitted.columns_of(place), axis=1)[search.data.valid]
+        basis = orthonormal(others)
+        subspace = replace(ResidualSubspace.of(search.data, rest), basis=basis, key=None)
+        better = _best(search, subspace, term)
+        terms = (*fitted.terms[:place], better.term, *fitted.terms[place + 1 :])
+        candidate = search.fit(fitted.base, terms)
+        if candidate.error < fitted.error:
+            fitted = candidate
+    return fitted
+
+
+def _may_change(search: Search, term: FittedTerm) -> bool:
+    """Whether there is more than one value to choose from."""
+    return search.refines or term.candidate in search.library
+
+
+def _best(search: Search, subspace: ResidualSubspace, term: FittedTerm) -> ScoredCandidate:
+    """A term at its best values: between the points of its grid, or at one of the library."""
+    candidate, grid = term.candidate, search.grids[term.candidate]
+    if search.refines:
+        here = ScoredCandidate(term, np.inf)
+        return search.refinements.refined(subspace, here, grid, FINE)
+    points, rows = search.library.points[candidate], search.library[candidate]
+    return subspace.score_at(candidate, points, rows, grid)

@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.attenuation import attenuation
-from edge_ident.diagnosis.fit.bounded import solve_within
+from edge_ident.diagnosis.fit.deviations import attenuation
 from edge_ident.diagnosis.fit.fitting import FittedModel, bounds, jacobian_of
 from edge_ident.diagnosis.fit.held_out import standard_deviations
-from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
+from edge_ident.diagnosis.fit.linear import solve_within
+from edge_ident.diagnosis.fit.summary import base_space, own_efforts
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.least_squares import coloured_std

@@ -5,39 +5,318 @@ projection on what that model spans (variable projection: Golub and Pereyra 1973
 refined between the points of their grids.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import groupby
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import Candidate, candidates, grid
+from edge_ident.diagnosis.fit.candidates import (
+    Candidate,
+    cached_effort,
+    candidates,
+    grid,
+    own_columns,
+)
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
-from edge_ident.diagnosis.fit.grid_rows import Searched, grid_rows, kept_rows
-from edge_ident.diagnosis.fit.late import rows_beside, scored_late
-from edge_ident.diagnosis.fit.library import Grid, Library
+from edge_ident.diagnosis.fit.held_out import model_discrepancy
+from edge_ident.diagnosis.fit.library import (
+    Grid,
+    Library,
+    ResidualSubspace,
+    ScoredCandidate,
+    Searched,
+    grid_rows,
+    ignored_command_penalty,
+    kept_rows,
+)
+from edge_ident.diagnosis.fit.linear import solve
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.fit.refinement import Refinements
-from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.refinement import Refinements, rows_beside, scored_late
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select.criterion import Criterion
-from edge_ident.diagnosis.select.screening import excited, measurable, reliable, unrepeatable
-from edge_ident.diagnosis.select.threshold import Threshold
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
+    LARGEST,
+    LOST_CORRELATION,
     MOST_REFINED,
     PROMISING,
+    RELIABILITY,
     SLIGHTEST,
     STARTS,
+    Threshold,
 )
-from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel
+from edge_ident.model.effects import catalogue, named
+from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting
 from edge_ident.model.search import Excitation
 
 Array = NDArray[np.float64]
+
+
+# Screening of candidates, before any model is fitted with them: physical, and reliable.
+
+_TINY: Final = float(np.finfo(float).tiny)
+
+
+def excited(term: FittedTerm, excitation: Excitation) -> bool:
+    """Whether the recording excites a term of this size."""
+    return named(term.candidate.effect).search.possible(term.values, excitation)
+
+
+def measurable(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:
+    """Whether the effort of a term could have been measured.
+
+    Parameters
+    ----------
+    regressors : (k, n) array
+        Of the term.
+    """
+    amplitudes = np.array(list(term.linear.values()) or [1.0])
+    peak = float(np.max(np.abs(amplitudes @ regressors)))
+    return peak < LARGEST.value * excitation.effort
+
+
+def reliable(
+    regressors: Array, replica_regressors: Array, jacobian: Array, replica_jacobian: Array
+) -> bool:
+    """Whether the reliability ratio of a candidate's orthogonal component is high enough."""
+    ratio = _reliability_ratio(regressors, replica_regressors, jacobian, replica_jacobian)
+    return ratio > RELIABILITY.value
+
+
+def _reliability_ratio(
+    regressors: Array, replica_regressors: Array, jacobian: Array, replica_jacobian: Array
+) -> float:
+    """Share of motion, and not of encoder noise, in a candidate's orthogonal component.
+
+    Only the component that the model's Jacobian does not span distinguishes a candidate. In slow
+    motions that can be noise. The replica, with the encoder noise added a second time, shows how
+    much. The least ratio of the regressors counts.
+
+    Parameters
+    ----------
+    regressors, replica_regressors : (k, n) arrays
+        Of the candidate.
+    jacobian, replica_jacobian : (n, P) arrays
+        Of the model.
+    """
+    noise = replica_jacobian - jacobian
+    lowest = 1.0
+    for k in range(len(regressors)):
+        others = np.hstack([jacobian, np.delete(regressors, k, axis=0).T])
+        weights = solve(others, regressors[k])
+        orthogonal = regressors[k] - others @ weights
+        others_noise = np.hstack([noise, np.delete(replica_regressors - regressors, k, axis=0).T])
+        changed = (replica_regressors - regressors)[k] - others_noise @ weights
+        energy = max(float(orthogonal @ orthogonal), _TINY)
+        lowest = min(lowest, 1.0 - float(changed @ changed) / energy)
+    return lowest
+
+
+def unrepeatable(
+    model: FittedModel, library: Iterable[Candidate], carriers: Set[str]
+) -> frozenset[str | Candidate]:
+    """What an axis cannot have beside a model: an effect a second time, or from the same axis, and
+    joints that turn in another way than those of the model.
+
+    Parameters
+    ----------
+    model : FittedModel
+    library : iterable of Candidate
+        Those that are searched.
+    carriers : set of str
+        Axes that carry this one.
+    """
+    once = [t for t in model.axis.terms[1:] if not named(t.effect).search.repeats]
+    alone = {t.effect for t in once if t.source_axis is None}
+    left_out = {c for c in library for t in once if c.effect == t.effect and _same(c, t, carriers)}
+    left_out |= {c for c in library for t in model.terms if _turns_otherwise(c, t.candidate)}
+    return frozenset(alone | left_out)
+
+
+def _same(candidate: Candidate, term: Term, carriers: Set[str]) -> bool:
+    """Whether an effect acts from no other axis than the same effect of a model.
+
+    Where sums of angles act, it must be a part of the other: a link's angle holds those of all
+    joints that carry it. What the larger sum adds turns links further out.
+    """
+    one, other = (frozenset(acting(s, ())) for s in (candidate.source, term.source_axis))
+    if not (one and other):
+        return True
+    if not any(form.sums for form in named(term.effect).search.forms):
+        return {each.axis for each in one} == {each.axis for each in other}
+    smaller, larger = sorted((one, other), key=len)
+    return not smaller < larger or any(each.axis in carriers for each in larger - smaller)
+
+
+def _turns_otherwise(one: Candidate, other: Candidate) -> bool:
+    """Whether a joint would turn in one plane with this one and across it, or in two senses."""
+    senses = [dict(acting(c.source, ())) for c in (one, other)]
+    shared = senses[0].keys() & senses[1].keys()
+    if one.form.senses and other.form.senses:
+        return any(senses[0][axis] != senses[1][axis] for axis in shared)
+    across = (one.form.senses and other.form.across) or (one.form.across and other.form.senses)
+    return across and bool(shared)
+
+
+# The criterion that compares models: extended Bayesian information, less model discrepancy.
+#
+# The extended BIC (Chen and Chen, Biometrika 95 (2008) 759) penalizes a model for its parameters
+# and for the number of candidates that were tried. Its unit is n·log(error).
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Extended Bayesian information of models of one axis; smaller is better.
+
+    Attributes
+    ----------
+    data : AxisData
+    noise_replica : AxisData
+        The same samples with the encoder noise added a second time.
+    start : FittedModel
+        The base model.
+    grids : mapping of Candidate to Grid
+        Nonlinear parameters that are tried.
+    samples : float
+        Number of independent samples.
+    """
+
+    data: AxisData
+    noise_replica: AxisData
+    start: FittedModel
+    grids: Mapping[Candidate, Grid]
+    samples: float
+
+    def with_samples(self, samples: float) -> "Criterion":
+        """The same criterion with another number of independent samples."""
+        return replace(self, samples=samples)
+
+    def penalty(self, candidate: Candidate) -> float:
+        """Penalty for the parameters of a candidate and for the candidates that were tried."""
+        return candidate.parameter_count * math.log(self.samples) + self._tried[candidate]
+
+    def value(self, fitted: FittedModel) -> float:
+        """Extended BIC of a model."""
+        return self.misfit(self.error(fitted)) + self._penalties(fitted)
+
+    def gain(self, before: FittedModel, after: FittedModel) -> float:
+        """Gain of a model over another, beyond the discrepancy of either, and as if the encoder
+        noise passed in both as in the one in which more of it does.
+
+        Its own discrepancy is no excuse for the other model where it leaves more. Nor does more
+        noise pass in a model than it leaves: a load that bounces answers any noise by another path.
+        """
+        most = max(min(self._encoder_noise(m), m.error) for m in (before, after))
+        error, left = (self.error(model, most) for model in (before, after))
+        discrepancy = self.discrepancy(before)
+        if left <= error:
+            discrepancy = max(discrepancy, self.discrepancy(after))
+        misfit = self.misfit(error + discrepancy) - self.misfit(left + discrepancy)
+        return misfit - self._penalties(after) + self._penalties(before)
+
+    def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
+        """Gain of a model by a candidate, from the candidate's score alone."""
+        discrepancy = self.discrepancy(fitted)
+        return self.misfit(fitted.error + discrepancy) - self.scored(scored, discrepancy)
+
+    def scored(self, scored: ScoredCandidate, discrepancy: float) -> float:
+        """Value of a model with a candidate, without the penalties of its other terms."""
+        return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
+
+    def room(self, fitted: FittedModel, noise: float) -> float:
+        """Gain over a model, before any penalty, of one that leaves nothing but noise.
+
+        Parameters
+        ----------
+        fitted : FittedModel
+        noise : float
+            Sum of squares that noise alone leaves.
+        """
+        discrepancy = self.discrepancy(fitted)
+        return self.misfit(fitted.error + discrepancy) - self.misfit(noise + discrepancy)
+
+    def error(self, fitted: FittedModel, passed: float = 0.0) -> float:
+        """Sum of squared residuals, as if the encoder noise passed as in the base model, and with
+        what it costs that an actuator ignores commands, as in scores.
+
+        A load on a spring follows no fast motion. So a model with one has less inertia where the
+        encoder noise is, and a smaller residual. That is no evidence.
+
+        Parameters
+        ----------
+        passed : float, optional
+            Sum of squares of the encoder noise that passes, where that is more.
+        """
+        most = max(self._base_noise, passed)
+        left = fitted.error + max(most - self._encoder_noise(fitted), 0.0)
+        withholding = [t for t in fitted.terms if named(t.candidate.effect).overrides("withheld")]
+        factors = [ignored_command_penalty(self.data, t.model_term)[0] for t in withholding]
+        return left * math.prod(map(float, factors))
+
+    def _encoder_noise(self, fitted: FittedModel) -> float:
+        """Sum of squares that the encoder noise has in the effort of a model."""
+        key = ("encoder noise", fitted.key)
+        if key not in self.data.results:
+            own = own_columns(self.data) @ fitted.own
+            passed = cached_effort(self.noise_replica, fitted.axis) + own - fitted.predicted
+            self.data.results[key] = np.sum(np.square(passed[self.data.valid]))
+        return float(self.data.results[key])
+
+    @cached_property
+    def _base_noise(self) -> float:
+        return self._encoder_noise(self.start)
+
+    def misfit(self, error: float) -> float:
+        """What a sum of squares costs."""
+        return self.samples * math.log(max(error, _TINY))
+
+    def discrepancy(self, fitted: FittedModel) -> float:
+        """Sum of squares by which a model's formulas may be off."""
+        return model_discrepancy(self.data, fitted)
+
+    @cached_property
+    def _tried(self) -> Mapping[Candidate, float]:
+        """Penalty for the candidates that were tried."""
+        effects = len(catalogue())
+        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
+
+    def _penalties(self, fitted: FittedModel) -> float:
+        """Penalties of all added terms, and of what recordings have of their own but an offset."""
+        others = len(self.data.segments) - 1
+        total = (len(self.data.own) - 1) * others * math.log(self.samples)
+        return total + sum(self.penalty(t.candidate) for t in fitted.terms)
+
+
+def independent_samples(data: AxisData, fitted: FittedModel) -> float:
+    """Number of independent samples that a coloured residual is worth.
+
+    Bartlett's formula for the correlation of two series of like colour (1935), summed to the lag
+    at which the autocorrelation is first lost (Geyer 1992).
+    """
+    residual = np.where(data.valid, data.effort - fitted.predicted, 0.0)
+    here = data.valid.astype(np.float64)
+    count = float(np.sum(here))
+    power = float(residual @ residual) / count
+    spread = 1.0
+    for lag in range(1, len(residual) // 4):
+        pairs = float(here[lag:] @ here[:-lag])
+        correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
+        if correlation < LOST_CORRELATION.value / np.sqrt(max(pairs, 1.0)):
+            break
+        spread += 2.0 * correlation**2
+    return count / spread
+
+
+def _count(grid: Grid) -> int:
+    """Points of a grid; one of a form without any, and where there are none to try."""
+    return max((len(array) for array in grid.values()), default=1) or 1
+
+
 LeftOut = frozenset[str | Candidate]
 
 

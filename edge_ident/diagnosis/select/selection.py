@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, delayed, fit
+from edge_ident.diagnosis.measures import worth_naming
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
 from edge_ident.diagnosis.select.forward_selection import (
@@ -13,8 +14,8 @@ from edge_ident.diagnosis.select.forward_selection import (
     grown_on,
     select_forward,
 )
-from edge_ident.diagnosis.select.hidden_events import with_hidden_events
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.inverse import remembers
 from edge_ident.model.model import PARAMETERS, AxisModel
 
 
@@ -137,3 +138,36 @@ def _with_hidden_events(selected: Selected) -> Selected:
     start = fitted_base(data, template)
     search = replace(Search.of(data, template, start), deep=selected.search.deep)
     return _selected(search, start)
+
+
+# Events in samples that the comparison leaves out.
+#
+# Aliased encoder rounding explains so much and no more. At the start of a recording, only friction
+# and play remember what was before it: beside a model in which nothing remembers, an effort that is
+# far off there is an event as well.
+
+
+def with_hidden_events(data: AxisData, model: FittedModel, inertia: float) -> AxisData:
+    """The data with samples valid at which something happened; the data itself where nothing did.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+        That was selected on these data.
+    inertia : float
+        That turns aliased rounding into effort.
+    """
+    whole = data if remembers(model.axis.terms) else data.from_start()
+    residual = whole.effort - fit(whole, model.template, model.base, model.terms).predicted
+    hidden = whole.exceeds_aliasing(residual, inertia)
+    if whole.late:
+        hidden &= ~whole.near_ends(whole.late_s)
+    added = [
+        np.arange(len(s.sample_index)) < len(s.sample_index) - len(before.sample_index)
+        for s, before in zip(whole.segments, data.segments, strict=True)
+    ]
+    start = np.concatenate(added)
+    if not worth_naming(residual[hidden & start], data.effort[data.valid]):
+        hidden &= ~start
+    return whole.with_valid(hidden) if np.any(hidden) else data

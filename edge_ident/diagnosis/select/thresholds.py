@@ -1,9 +1,36 @@
 """Every threshold of the selection, which docs/diagnosis_reference.md prints, with its reason."""
 
 from collections.abc import Mapping
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Generic, TypeVar
 
-from edge_ident.diagnosis.select.threshold import Threshold
+# A number that decides, with its reason.
+
+Number = TypeVar("Number", int, float)
+
+
+@dataclass(frozen=True)
+class Threshold(Generic[Number]):
+    """A number that decides.
+
+    Attributes
+    ----------
+    value : int or float
+    unit : str
+    meaning : str
+        What it decides.
+    reason : str
+        Why it has this value: a source, or the judgement behind it.
+    support : str
+        The test or the experiment that supports it.
+    """
+
+    value: Number
+    unit: str
+    meaning: str
+    reason: str
+    support: str
+
 
 ADDED_TERM: Final = Threshold(
     25.0,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.present import wording as terms
-from edge_ident.diagnosis.present.explained_variance import explained_variance
+from edge_ident.diagnosis.present.document import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.present.explained_variance import (
+from edge_ident.diagnosis.present.document import (
     acceleration_at,
     correlation_ratio,
     groups,

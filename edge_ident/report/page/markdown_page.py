@@ -8,7 +8,7 @@ from typing import Final
 from markupsafe import Markup
 
 from edge_ident.diagnosis.present import wording
-from edge_ident.diagnosis.present.explained_variance import explained_variance
+from edge_ident.diagnosis.present.document import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.chart import Chart

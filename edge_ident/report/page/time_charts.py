@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import Traces
-from edge_ident.diagnosis.present.explained_variance import running_time
+from edge_ident.diagnosis.present.document import running_time
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.report.page.chart import Chart, Layer
 from edge_ident.report.page.scale import Scale, across, around

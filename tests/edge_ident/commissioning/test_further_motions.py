@@ -15,9 +15,8 @@ from edge_ident.commissioning import separation
 from edge_ident.commissioning.further_motions import lines_in_doubt, livelier_motion
 from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis, OutsideVibration
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.identification.identify import identify

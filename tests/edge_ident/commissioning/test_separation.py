@@ -14,8 +14,8 @@ from old_gains import assert_old_gains
 from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.run import Outcome, Plan, commission
 from edge_ident.commissioning.separation import contradictions
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.experiment import plan as planning

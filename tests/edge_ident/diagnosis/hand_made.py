@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
-from edge_ident.diagnosis.measures import ModelFit, Traces, Validation
+from edge_ident.diagnosis.measures import ModelFit, Traces, Validation, Verdict
 from edge_ident.diagnosis.result import (
     Alternative,
     AxisDiagnosis,
@@ -14,7 +14,6 @@ from edge_ident.diagnosis.result import (
     Diagnosis,
     NotTestable,
 )
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
 from edge_ident.model.motion import Motion

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from edge_ident.control.drive_gains import design_gains
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.model.model_files import load_model, save_model

@@ -8,8 +8,8 @@ import pytest
 from edge_ident.diagnosis.axis_search import AxisSearch
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.fit.library import ScoredCandidate
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.fit.scoring import ScoredCandidate
 from edge_ident.diagnosis.judge.judgement import Judgement
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Verdict

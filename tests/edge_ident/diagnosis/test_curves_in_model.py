@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import edge_ident
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.measured_curves import ENTRIES, at_entries, entries
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.recording import Recording

@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.repetitions import a_few

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from edge_ident.control.compensation import plant_of
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.errors import ModelError
 from edge_ident.model.model import Model
 from edge_ident.signals.recording import AxisRecord, Recording

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     COARSE_S,
     diagnosed,

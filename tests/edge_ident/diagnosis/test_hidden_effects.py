@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from firmware_interface.plant import EFFECTS, UNKNOWN, multisine
 from tests.hidden_drives import Batch, report
 from tests.repetitions import a_few

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.inverse import left_by_terms
 from edge_ident.signals.recording import Recording
 from tests.edge_ident.diagnosis.joints import PERIOD_S, joint, twice_differentiated

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, Term, base_axis
 from edge_ident.model.motion import Motion

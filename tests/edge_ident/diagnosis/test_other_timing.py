@@ -3,7 +3,7 @@
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.edge_ident.diagnosis.test_other_zero import arm
 from tests.repetitions import a_few

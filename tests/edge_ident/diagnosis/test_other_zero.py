@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 
 RATES = 2.0 * np.pi * np.array([0.11, 0.37, 0.89])

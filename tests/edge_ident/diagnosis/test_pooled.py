@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.pooled import check_pooled
+from edge_ident.diagnosis.recording_checks import check_pooled
 from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording

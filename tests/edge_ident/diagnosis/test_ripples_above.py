@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.axis_search import AxisSearch
+from edge_ident.diagnosis.axis_search import AxisSearch, with_ripples_everywhere
 from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.judgement import Judgement
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.ripples_above import with_ripples_everywhere
 from edge_ident.diagnosis.select.acceptance import Decision
-from edge_ident.diagnosis.select.alternatives import ComparedAlternatives
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
+from edge_ident.diagnosis.select.backward_elimination import (
+    ComparedAlternatives,
+    SupportedModel,
+    SupportedTerm,
+)
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import Recording
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

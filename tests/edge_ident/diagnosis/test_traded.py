@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.deviations import traded_deviations
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
-from edge_ident.diagnosis.fit.traded import traded_deviations
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term

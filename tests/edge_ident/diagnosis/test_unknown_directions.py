@@ -6,8 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.prepare.masks import tapered, unknown_directions
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.prepare.bandwidth import tapered, unknown_directions
 from edge_ident.identification.identify import identify
 from edge_ident.model.effects import named
 from edge_ident.model.motion import Motion

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.fit.block_gain import gain_of
+from edge_ident.diagnosis.fit.held_out import gain_of
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.recording import AxisRecord, Recording
 
 PERIOD_S = 2e-3

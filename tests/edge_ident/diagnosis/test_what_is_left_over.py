@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Cause
@@ -13,7 +14,6 @@ from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.validation import Judged, carry_over
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.model import Term
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.axis_diagnosis import is_open, settles
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.bandwidth import Band
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
-from edge_ident.diagnosis.wider_band import is_open, settles
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Term
 from edge_ident.signals.recording import AxisRecord, Recording

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.measures import SpectralLine
+from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.experiment import together
 from edge_ident.experiment.limits import Load
 from edge_ident.experiment.open_causes import explanations, is_open, questions

@@ -6,7 +6,7 @@ from itertools import groupby
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation.trust import negative
 from edge_ident.identification.adequacy import Adequacy

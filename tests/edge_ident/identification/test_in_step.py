@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
+from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
+from edge_ident.diagnosis.select.second_looks import adequate_data
 from edge_ident.diagnosis.select.selection import fitted_base
-from edge_ident.diagnosis.select.shift_again import adequate_data
-from edge_ident.diagnosis.tolerance import TOLERANCE
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.identification.identify import identify, in_step
 from edge_ident.signals.recording import AxisRecord, Recording

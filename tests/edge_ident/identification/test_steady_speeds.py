@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.prepare.masks import tone_count
+from edge_ident.diagnosis.prepare.bandwidth import tone_count
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import AxisRecord, Recording
 

@@ -10,8 +10,8 @@ from rich.console import Console, RenderableType
 import edge_ident
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.verification import GainChange, Tracking, Verification
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import OutsideVibration
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
 from edge_ident.report import (

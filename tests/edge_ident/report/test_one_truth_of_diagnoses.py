@@ -10,9 +10,9 @@ import pytest
 from rich.console import Console
 
 from edge_ident.diagnosis.error_budget import AgreeingCurve, BudgetCurve
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.measured_curves import entries
 from edge_ident.model.model import Term

@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.above_band.accounts import accounts, inertia
 from edge_ident.diagnosis.above_band.content import BandContent, above_band
-from edge_ident.diagnosis.above_band.full_bandwidth import WideSignals
-from edge_ident.diagnosis.above_band.line_again import held
-from edge_ident.diagnosis.above_band.moving_line import moving_line
+from edge_ident.diagnosis.above_band.moving_line import held, moving_line
 from edge_ident.diagnosis.above_band.sinusoid_search import columns
-from edge_ident.diagnosis.above_band.spectral_lines import over_time
+from edge_ident.diagnosis.above_band.spectrum import WideSignals, accounts, inertia, over_time
 from edge_ident.diagnosis.measures import SpectralLine
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.model import Estimate, Model, base_axis

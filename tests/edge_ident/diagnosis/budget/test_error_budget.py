@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import error_budget
-from edge_ident.diagnosis.budget.prepared import missed
+from edge_ident.diagnosis.budget.account import error_budget, missed
 from edge_ident.diagnosis.error_budget import (
     ABOVE_BAND,
     NOISE,

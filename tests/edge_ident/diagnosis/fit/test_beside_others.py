@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.candidates import cached_regressors, candidates, regressors
+from edge_ident.diagnosis.fit.candidates import (
+    cached_regressors,
+    candidates,
+    derivatives,
+    regressors,
+)
 from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.held_out import held_out_residuals
-from edge_ident.diagnosis.fit.jacobian import derivatives
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.inverse import Kept, inverse_effort

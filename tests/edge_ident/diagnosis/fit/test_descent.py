@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate, candidates, regressors
-from edge_ident.diagnosis.fit.descent import descended
-from edge_ident.diagnosis.fit.library import Grid
-from edge_ident.diagnosis.fit.scoring import ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.library import Grid, ResidualSubspace, ScoredCandidate
+from edge_ident.diagnosis.fit.refinement import descended
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.model.effects import named

@@ -7,9 +7,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from edge_ident.diagnosis.fit.candidates import Candidate
+from edge_ident.diagnosis.fit.deviations import friction_line, with_trades
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
-from edge_ident.diagnosis.fit.friction_line import friction_line
-from edge_ident.diagnosis.fit.traded import with_trades
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.effects import named

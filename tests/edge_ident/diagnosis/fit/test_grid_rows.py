@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.grid_rows import grid_rows
+from edge_ident.diagnosis.fit.library import grid_rows
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.fit.ignored_commands import ignored_command_penalty
+from edge_ident.diagnosis.fit.library import ignored_command_penalty
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.model.model import Term

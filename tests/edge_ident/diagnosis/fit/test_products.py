@@ -11,8 +11,7 @@ from edge_ident.diagnosis.fit.held_out import (
     _orthonormal_directions,
     held_out_residuals,
 )
-from edge_ident.diagnosis.fit.library import Library
-from edge_ident.diagnosis.fit.scoring import ResidualSubspace
+from edge_ident.diagnosis.fit.library import Library, ResidualSubspace
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing

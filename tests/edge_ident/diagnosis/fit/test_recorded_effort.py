@@ -7,13 +7,11 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
-from edge_ident.diagnosis.fit.own_effort import base_space, own_shares
-from edge_ident.diagnosis.fit.recorded_effort import recorded_sizes
+from edge_ident.diagnosis.fit.summary import base_space, own_shares, recorded_sizes
 from edge_ident.diagnosis.judge import assessment
-from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.prepare.segment import Segment
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.bounded import solve, solve_within
 from edge_ident.diagnosis.fit.fitting import fit
+from edge_ident.diagnosis.fit.linear import solve, solve_within
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.signals.metrics import rms
 from tests.edge_ident.diagnosis.select.test_search_parts import (
     PERIOD_S,

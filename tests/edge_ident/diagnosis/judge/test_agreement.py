@@ -7,9 +7,8 @@ import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
-from edge_ident.diagnosis.fit.own_effort import base_space, own_efforts
-from edge_ident.diagnosis.judge.agreement import agreed
-from edge_ident.diagnosis.judge.stability import DisturbedRuns
+from edge_ident.diagnosis.fit.summary import base_space, own_efforts
+from edge_ident.diagnosis.judge.stability import DisturbedRuns, agreed
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search

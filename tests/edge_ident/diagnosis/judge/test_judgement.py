@@ -13,13 +13,12 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor
 from edge_ident.diagnosis.judge import assessment
 from edge_ident.diagnosis.judge.assessment import Assessment
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.diagnosis.select import cross_validation
-from edge_ident.diagnosis.select.criterion import Criterion
 from edge_ident.diagnosis.select.physics import unphysical
-from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.select.search import Criterion, Search
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
 from edge_ident.model.search import Form

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.masks import run_in
+from edge_ident.diagnosis.prepare.bandwidth import run_in
 
 Array = NDArray[np.float64]
 

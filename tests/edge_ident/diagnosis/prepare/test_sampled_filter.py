@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.prepare.sampled_filter import SampledFilter
+from edge_ident.diagnosis.prepare.sampled import SampledFilter
 
 SAMPLES = 400
 

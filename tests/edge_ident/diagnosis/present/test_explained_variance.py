@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.measures import Traces
-from edge_ident.diagnosis.present.explained_variance import acceleration_at, explained_variance
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Traces, Verdict
+from edge_ident.diagnosis.present.document import acceleration_at, explained_variance
 from tests.edge_ident.diagnosis import hand_made
 
 AXIS = hand_made.axis(Verdict.ADEQUATE)

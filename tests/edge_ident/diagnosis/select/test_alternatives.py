@@ -10,9 +10,11 @@ import pytest
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import separable
-from edge_ident.diagnosis.select.alternatives import _fitted_alternative, compare_alternatives
-from edge_ident.diagnosis.select.criterion import Criterion
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.backward_elimination import (
+    _fitted_alternative,
+    compare_alternatives,
+)
+from edge_ident.diagnosis.select.search import Criterion, Search
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.model.model import Term
 from tests.edge_ident.diagnosis.select.test_search_parts import (

@@ -2,7 +2,7 @@
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm
-from edge_ident.diagnosis.fit.scoring import ScoredCandidate
+from edge_ident.diagnosis.fit.library import ScoredCandidate
 from edge_ident.diagnosis.select.forward_selection import different_first
 from edge_ident.model.effects import named
 

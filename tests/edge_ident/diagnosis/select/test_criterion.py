@@ -8,9 +8,8 @@ import pytest
 from edge_ident.diagnosis.fit.fitting import FittedModel, build, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.criterion import independent_samples
 from edge_ident.diagnosis.select.forward_selection import select_forward
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.search import Search, independent_samples
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
 

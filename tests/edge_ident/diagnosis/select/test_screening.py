@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.select.screening import reliable
+from edge_ident.diagnosis.select.search import reliable
 
 
 @pytest.mark.parametrize(("noise", "passes"), [(0.3, True), (0.45, True), (0.55, False)])

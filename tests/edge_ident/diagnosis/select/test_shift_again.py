@@ -11,8 +11,8 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.second_looks import data_beside_causes
 from edge_ident.diagnosis.select.selection import Selected, first_selected
-from edge_ident.diagnosis.select.shift_again import data_beside_causes
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.present.document import running_time
 from edge_ident.diagnosis.present.effort_figure import effort_figure
-from edge_ident.diagnosis.present.explained_variance import running_time
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.report.page.map_charts import cause_chart, followed, residual_charts
 from edge_ident.report.page.time_charts import effort_chart, residual_chart
 from tests.edge_ident.diagnosis import hand_made

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.diagnosis.verdict import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term

@@ -11,7 +11,7 @@ from edge_ident.commissioning.promise import Errors, Expected, ExpectedErrors, P
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.control.compensation import Unused, Used
-from edge_ident.diagnosis.verdict import Verdict
+from edge_ident.diagnosis.measures import Verdict
 from edge_ident.estimation.trust import Finding
 from edge_ident.report.page.run_page import write_run_page
 from edge_ident.report.promise_report import promise_document, promise_rows

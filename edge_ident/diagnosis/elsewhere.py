@@ -1,9 +1,4 @@
-"""Whether a model that was fitted to one recording leaves structure of another one.
-
-What it leaves there is more than noise of that recording. Noise of the recording that it was fitted
-to has moved its parameters, and with them what it predicts: that is no structure either. Nor is a
-drift or a warm-up that the model has: the other recording may have one of its own.
-"""
+"""What a model leaves of another recording, and whether that has structure."""
 
 from dataclasses import replace
 from typing import Final
@@ -11,20 +6,70 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.discrepancy import model_discrepancy
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.fit.candidates import base_regressor, own_columns, own_limits
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, fit
+from edge_ident.diagnosis.fit.held_out import model_discrepancy
+from edge_ident.diagnosis.fit.linear import orthonormal, solve_within
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.fit.own_columns import own_columns
-from edge_ident.diagnosis.fit.projection import orthonormal
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.thresholds import LARGEST_DISCREPANCY
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import BASE, PARAMETERS, POSITIVE, AxisModel
 from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]
+
+
+# What a model leaves of another recording, where what differs between days is fitted anew.
+
+
+def fitted_anew(model: FittedModel) -> list[int]:
+    """Places of the base parameters that differ between recordings: the offset, and what terms of
+    the model that are tied to time change."""
+    effects = [named(t.candidate.effect) for t in model.terms]
+    changed = {name for e in effects if e.tied_to_time for name in e.changes_base}
+    return [k for k, name in enumerate(PARAMETERS) if name in {"offset", *changed}]
+
+
+def residual_elsewhere(
+    other: AxisData, model: FittedModel, anew: list[int], moved: AxisData | None = None
+) -> Array:
+    """What a model leaves at the valid samples of another recording, its timing fitted anew.
+
+    Parameters
+    ----------
+    anew : list of int
+        Places of base parameters that are fitted anew, too.
+    moved : AxisData, optional
+        The other recording with another motion, which the model follows then.
+    """
+    axis = _carried_axis(model.axis)
+    residual = (other.effort - (moved or other).predicted(axis))[other.valid]
+    columns = np.hstack([base_regressor(other)[:, anew], own_columns(other)])[other.valid]
+    own_low, own_high = own_limits(other, shifted=not delayed(axis))
+    least = [-axis.parameters[k] if POSITIVE[k] else -np.inf for k in anew]
+    low, high = np.array([*least, *own_low]), np.array([*np.full(len(anew), np.inf), *own_high])
+    return np.asarray(residual - columns @ solve_within(columns, residual, low, high).solution)
+
+
+def _carried_axis(axis: AxisModel) -> AxisModel:
+    """The physical axis, without the terms that are tied to the time of their recording."""
+    base = axis.terms[0]
+    values = {
+        name: max(float(base.values[name]), low) for name, (low, _) in named(BASE).bounds.items()
+    }
+    terms = [t for t in axis.terms[1:] if not named(t.effect).tied_to_time]
+    return replace(axis, terms=(replace(base, values=values), *terms))
+
+
+# Whether a model that was fitted to one recording leaves structure of another one.
+#
+# What it leaves there is more than noise of that recording. Noise of the recording that it was
+# fitted to has moved its parameters, and with them what it predicts: that is no structure either.
+# Nor is a drift or a warm-up that the model has: the other recording may have one of its own.
+
 
 _RANK: Final = 1e-7
 _DEVIATIONS: Final = 2.0

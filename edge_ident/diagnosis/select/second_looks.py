@@ -1,0 +1,455 @@
+"""Second looks beside the causes that were found: a delay, another shift, own friction or scale."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from operator import is_
+from typing import Final
+
+import numpy as np
+import scipy.optimize
+
+from edge_ident.diagnosis.fit.candidates import own_parameters
+from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, bounds, delayed, fit
+from edge_ident.diagnosis.fit.linear import solve_within
+from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.refinement import delay, fit_late
+from edge_ident.diagnosis.fit.summary import base_space, nonzero_rms, own_shares
+from edge_ident.diagnosis.measures import TOLERANCE
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.timing import (
+    MOST_MOVES,
+    SHARE_OF_DELAY,
+    at_best_fit,
+    far_shift_s,
+    moved_beside,
+    out_of_step,
+    untold,
+)
+from edge_ident.diagnosis.select.acceptance import about_alike, structure_left
+from edge_ident.diagnosis.select.physics import FRICTION
+from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.model.effects import named
+from edge_ident.model.model import PARAMETERS, AxisModel
+from edge_ident.model.motion import LARGEST_SHIFT
+from edge_ident.signals.metrics import rms
+from edge_ident.signals.timing import STEPS_PER_PERIOD, within_limits
+
+# A delay that larger causes hide.
+#
+# An effort is late where the delay is most of what the base model leaves (`prepare.timing`). Beside
+# a ripple, say, it is little of that, and only timing up to its limit is in the model. What timing
+# lacks then looks like a dead band or like friction that follows the load, and a delay of many
+# samples like a compliance. So a delay is fitted beside the causes that were found.
+#
+# Along one sinusoid the base model takes a delay's phase for inertia and friction, and play has
+# what it leaves. So a delay is fitted there alone as well, from the shift that leaves least. Where
+# the encoder hides by a little when the axis turns, play fits even better: it is doubtful then.
+
+
+def delayed_data(selected: Selected) -> AxisData | None:
+    """The data of an axis as it was recorded, where its causes hid that the effort is late.
+
+    A few causes are asked first: the others may be what the delay was taken for.
+
+    Parameters
+    ----------
+    selected : Selected
+
+    Returns
+    -------
+    AxisData or None
+        None where the effort is in time, or was late before.
+    """
+    search, start, data = selected.search, selected.start, selected.search.data
+    if data.late or delayed(start.template):
+        return None
+    from_s = _along_one_sinusoid(selected)
+    recorded = _out_of_step(data, 0.0)
+    if from_s:
+        recorded = recorded.without_ends(from_s)
+    for beside in causes_in_turn(selected, none=from_s != 0.0):
+        without = search.fit(start.base, beside)
+        model = fit_late(recorded, start.template, without.base, without.terms, from_s)
+        late_s = next(iter(model.terms[-1].linear.values()))
+        beyond = all(abs(late_s) > LARGEST_SHIFT * s.raw_period_s for s in data.segments)
+        if beyond and _mean(model, recorded) < (1.0 - SHARE_OF_DELAY) * _mean(without, data):
+            return _out_of_step(data, late_s).without_ends(late_s)
+    return None
+
+
+def shift_instead(selected: Selected) -> tuple[float, float] | None:
+    """A shift of the effort that explains, alone, about as much as causes along one sinusoid.
+
+    Parameters
+    ----------
+    selected : Selected
+        Without a delay.
+
+    Returns
+    -------
+    tuple of 2 floats, or None
+        By how many s the effort is late then, and what the base model leaves, rms, over the
+        effort's. None where the causes explain decidedly more.
+    """
+    search, model, data = selected.search, selected.supported.model, selected.search.data
+    from_s = 0.0 if selected.late or not model.terms else _along_one_sinusoid(selected)
+    if not from_s:
+        return None
+
+    step_s = _step_s(data)
+    around, inner = (from_s - step_s, from_s + step_s), data.without_ends(abs(from_s) + step_s)
+
+    def moved(late_s: float) -> FittedModel:
+        segments = tuple(s.in_step(float(late_s)) for s in inner.segments)
+        return fitted_base(inner.with_efforts_of(segments), selected.start.template)
+
+    best = scipy.optimize.minimize_scalar(lambda s: _mean(moved(s), inner), bounds=around)
+    criterion, samples = search.criterion, np.count_nonzero(data.valid)
+    shift = math.log(criterion.samples)
+    if criterion.misfit(samples * best.fun) + shift > criterion.value(model) + DECISIVE.value:
+        return None
+    return float(best.x), math.sqrt(best.fun) / nonzero_rms(data.effort[data.valid])
+
+
+def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
+    """External vibrations alone; then with one cause after the other, the strongest first, last
+    those that are like a delay.
+
+    Parameters
+    ----------
+    selected : Selected
+    none : bool
+        Whether nothing comes first where there are no vibrations.
+    """
+    data, model = selected.search.data, selected.supported.model
+    like_delays = delay().search.alternatives
+    shares = own_shares(data, model, base_space(data, selected.start))
+    pairs = list(zip(shares, model.terms, strict=True))
+    ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
+    terms = [term for _, term in ranked]
+    vibrations = [term for term in terms if term.candidate == VIBRATION]
+    causes = [term for term in terms if term.candidate != VIBRATION]
+    for count in range(0 if vibrations or none else 1, len(causes) + 1):
+        yield (*vibrations, *causes[:count])
+
+
+def _along_one_sinusoid(selected: Selected) -> float:
+    """The shift in s at which the base model leaves least along one sinusoid, if it leaves more
+    than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
+    search, kept = selected.search, selected.search.data.results
+    room = search.criterion.room(selected.start, search.noise)
+    if search.data.several_speeds or room <= search.added.value:
+        return 0.0
+    if far_shift_s not in kept:
+        reach_s = search.excitation.quarter_turn_s
+        kept[far_shift_s] = far_shift_s(search.data.segments, _step_s(search.data), reach_s)
+    return float(kept[far_shift_s])
+
+
+def _step_s(data: AxisData) -> float:
+    """Between shifts that are tried."""
+    return 1.0 / (STEPS_PER_PERIOD * max(s.cutoff_hz for s in data.segments))
+
+
+def _mean(model: FittedModel, data: AxisData) -> float:
+    """Mean of the squared residuals: a shift leaves fewer samples to compare."""
+    return model.error / np.count_nonzero(data.valid)
+
+
+def _out_of_step(data: AxisData, late_s: float) -> AxisData:
+    """The same data, with every effort where it was recorded."""
+    shifts = [within_limits(late_s, 0.0, s.raw_period_s) for s in data.segments]
+    segments = tuple(map(out_of_step, data.segments, shifts))
+    return replace(data.with_efforts_of(segments), late_s=late_s)
+
+
+# A second look at the shift of an effort, where the first one was wrong.
+#
+# The first look asks how the effort's slow part is shifted, since noise that the controller answers
+# imitates a shift of the rest. It is wrong in two ways:
+#
+# - A motion of short moves has no slow part that tells. Then the shift at which the base model
+#   leaves least is tried, and taken where the model is adequate at it. It is tried as well where a
+#   shift of zero is adequate, just: the rest would go to a play or a compliance.
+# - No cause is known yet. A dead band, say, asks for a shift of its own, and what it lacks is then
+#   in the model to first order only: the rest looks like a spring with much damping. So an effort
+#   is moved again beside the causes that were found: first beside those that the grids alone show,
+#   as soon as these decide it, because what the search finds at a wrong shift is of no use.
+
+
+def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisData:
+    """The data of an axis, at another shift where the base model is adequate at that one alone, or
+    where nothing told the first.
+
+    Parameters
+    ----------
+    data : AxisData
+    known : AxisModel
+        The axis with what it is known to have.
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
+    """
+    if data.late or delayed(known):
+        return data
+    if not all(map(untold, data.segments)) and _adequate(data, known, tolerance):
+        return data
+    moved = _moved(data, at_best_fit)
+    return moved if moved is not data and _adequate(moved, known, tolerance) else data
+
+
+def data_beside_causes(selected: Selected) -> AxisData | None:
+    """The data of an axis with its effort in step beside its causes, or beside the first of them.
+
+    What it is known to have comes first, with external vibrations; then a few causes: the others
+    may be what the shift was taken for.
+
+    Parameters
+    ----------
+    selected : Selected
+
+    Returns
+    -------
+    AxisData or None
+        None where no other shift explains decidedly more than the selected model.
+    """
+    search, start, data = selected.search, selected.start, selected.search.data
+    if data.late or delayed(selected.supported.model.axis):
+        return None
+    best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
+    for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
+        moved, model = _moved_beside(data, start, beside)
+        value = replace(search.criterion, data=moved).value(model)
+        if moved is not data and value < best:
+            best, found = value, moved
+    return found
+
+
+def in_step_beside(data: AxisData, axis: AxisModel) -> AxisData:
+    """The data of an axis with every effort in step beside the terms of a known model."""
+    if data.late or delayed(axis):
+        return data
+    for _ in range(MOST_MOVES):
+        moved = _moved(data, partial(moved_beside, axis=axis))
+        if moved is data:
+            break
+        data = moved
+    return data
+
+
+def _adequate(data: AxisData, known: AxisModel, tolerance: float) -> bool:
+    """Whether the base model leaves nothing but noise and what is not worth naming."""
+    base = fitted_base(data, known)
+    floor, scale = noise_floor(data, base), nonzero_rms(data.effort[data.valid])
+    left = float(np.sqrt(base.error / np.count_nonzero(data.valid)))
+    return not structure_left(left, floor.rms, floor.uncertainty, 0.0, tolerance * scale, scale)
+
+
+def _moved(data: AxisData, move: Callable[[Segment], Segment]) -> AxisData:
+    """The data with every recording moved in time; itself where none moves."""
+    segments = tuple(map(move, data.segments))
+    return data if all(map(is_, segments, data.segments)) else data.with_efforts_of(segments)
+
+
+def _moved_beside(
+    data: AxisData, start: FittedModel, beside: tuple[FittedTerm, ...]
+) -> tuple[AxisData, FittedModel]:
+    """The data with every effort in step beside some causes, and the model of these."""
+    model = fit(data, start.template, start.base, beside)
+    for _ in range(MOST_MOVES):
+        moved = _moved(data, partial(moved_beside, axis=model.axis))
+        if moved is data:
+            break
+        data, model = moved, fit(moved, start.template, model.base, beside)
+    return data, model
+
+
+# Whether each of several recordings has friction of its own.
+#
+# Friction changes with the temperature, by some percent from day to day. A model with one friction
+# would have to explain the difference: by a payload that changes, for example.
+
+OWN: Final = ("offset", *FRICTION)
+
+
+def own_friction_data(selected: Selected) -> AxisData | None:
+    """The data of an axis with friction of their own for its recordings.
+
+    Parameters
+    ----------
+    selected : Selected
+
+    Returns
+    -------
+    AxisData or None
+        None where that, with a part of the causes, explains no more than the selected model, or
+        a friction is negative that is no share of one.
+    """
+    selected = without_massless_payloads(selected)
+    search, start, data = selected.search, selected.start, selected.search.data
+    _, *others = data.segments
+    if not others:
+        return None
+    moved = replace(data, own=OWN, cache={})
+    criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
+    least = search.criterion.value(selected.supported.model) - DECISIVE.value
+    for beside in causes_in_turn(selected, none=True):
+        model = fit(moved, start.template, start.base, beside)
+        if criterion.value(model) < least:
+            each = own_parameters(moved, model.base, model.own)
+            shared = any(named(t.candidate.effect).search.shares_friction for t in beside)
+            physical = all(np.all(each[name] >= 0.0) for name in FRICTION)
+            return moved if physical or shared else None
+    return None
+
+
+def without_massless_payloads(selected: Selected) -> Selected:
+    """What was selected without payloads whose mass is not worth naming: they are friction."""
+    search, model = selected.search, selected.supported.model
+    valid = search.data.valid
+    least = TOLERANCE * rms(search.data.effort[valid])
+    kept = []
+    for place, t in enumerate(model.terms):
+        mass = t.linear.get("inertia") if named(t.candidate.effect).changes_base else None
+        columns = model.jacobian[valid, model.columns_of(place)]
+        if mass is None or abs(mass) * rms(columns[:, [*t.linear].index("inertia")]) > least:
+            kept.append(place)
+    if len(kept) == len(model.terms):
+        return selected
+    fitted = search.fit(model.base, tuple(model.terms[place] for place in kept))
+    return replace(selected, supported=selected.supported.of(fitted, kept))
+
+
+# Whether one of several recordings has a column in another scale.
+#
+# A torque constant, a rated torque or a gain that differs makes inertia and all friction differ by
+# one factor; a gear ratio or a resolution of the encoder, inertia and viscous friction; a sampling
+# period, the inertia by its square. A payload and friction of their own for the recordings explain
+# that, too, and need more parameters for it.
+
+_CHANGED: Final[Mapping[str, tuple[str, ...]]] = {
+    "effort": (),
+    "position": ("inertia", "viscous_friction"),
+    "time": ("inertia", "inertia", "viscous_friction"),
+}
+"""Base parameters that are larger by the factor of the time, or smaller by that of the position,
+each time that they are named; by that of an effort, all are larger."""
+
+
+@dataclass(frozen=True)
+class OwnScale:
+    """A column of one recording is larger than in the others.
+
+    Attributes
+    ----------
+    column : {"effort", "position", "time"}
+    place : int
+        Of the recording.
+    factor : float
+    """
+
+    column: str
+    place: int
+    factor: float
+
+
+def scale_instead(selected: Selected, tolerance: float) -> OwnScale | None:
+    """A factor of one recording that explains about as much as a changed base model.
+
+    Parameters
+    ----------
+    selected : Selected
+    tolerance : float
+        Smallest share of the rms effort that is worth naming.
+
+    Returns
+    -------
+    OwnScale or None
+        None where no base parameter differs between the recordings, a factor explains decidedly
+        less, or it is too near to one to be worth naming.
+    """
+    search, model = selected.search, selected.supported.model
+    data, criterion = search.data, search.criterion
+    others = tuple(t for t in model.terms if not named(t.candidate.effect).changes_base)
+    loads = [t for t in model.terms if named(t.candidate.effect).changes_base]
+    differ = len(data.own) - 1 + sum(len({*t.linear} - {"offset"}) for t in loads)
+    if len(data.segments) == 1 or not differ:
+        return None
+    same = replace(data, own=("offset",), cache={})
+    common = fit(same, search.template, model.base, others)
+    found = {each: error for each, error in _scales(same, common, bool(loads) and differ > 1)}
+    best, error = min(found.items(), key=lambda pair: pair[1])
+    if abs(math.log(best.factor)) <= tolerance:
+        return None
+    penalties = sum(criterion.penalty(t.candidate) for t in others) + math.log(criterion.samples)
+    decided = criterion.misfit(error) + penalties > criterion.value(model) + DECISIVE.value
+    told = best.column == "effort" or len(data.own) > 1  # a payload has no viscous friction
+    if decided and not (told and _within_formula(data, model, (common.error, error), tolerance)):
+        return None
+    return best
+
+
+def _within_formula(
+    data: AxisData, model: FittedModel, errors: tuple[float, float], tolerance: float
+) -> bool:
+    """Whether a model with a payload worth naming leaves less than one factor does by no more than
+    is worth naming, and than a small share of what it explains: what its formula may be off.
+
+    Parameters
+    ----------
+    errors : tuple of 2 floats
+        Of the common base model without a factor, and with it.
+    """
+    places = [k for k, t in enumerate(model.terms) if named(t.candidate.effect).changes_base]
+    least = tolerance * nonzero_rms(data.effort[data.valid])
+    own = [
+        model.jacobian[:, model.columns_of(k)] @ [*model.terms[k].linear.values()] for k in places
+    ]
+    if not any(nonzero_rms(each[data.valid]) > least for each in own):
+        return False
+    off = max(named(model.terms[k].candidate.effect).search.discrepancy for k in places)
+    without, scaled = errors
+    worth_naming = np.count_nonzero(data.valid) * least**2
+    return about_alike(scaled - model.error, without - model.error, off, worth_naming)
+
+
+def _scales(data: AxisData, model: FittedModel, every: bool) -> Iterator[tuple[OwnScale, float]]:
+    """The best factor of each column and recording, and the sum of squares that it leaves.
+
+    Parameters
+    ----------
+    model : FittedModel
+        With one base model for all recordings.
+    every : bool
+        Whether a factor of the position or of the time is asked for.
+    """
+    jacobian, linear = model.derivatives[data.valid], model.linear_parameters
+    low, high = bounds(data, model.template, model.terms)
+    rest = model.predicted[data.valid] - jacobian @ linear
+    effort, recording = data.effort[data.valid], data.recording[data.valid]
+    own = np.zeros(len(linear), dtype=np.bool_)
+    own[model.base_columns.start : model.base_columns.stop] = True
+    own[: len(model.base)] = False
+
+    def left(logarithm: float, place: int, column: str) -> float:
+        here, factor = recording == place, math.exp(logarithm)
+        weights = np.where(own, 1.0, factor)
+        target = effort - rest * np.where(here, factor, 1.0)
+        if _CHANGED[column]:
+            weights, target = np.ones(len(linear)), effort - rest
+        for name in _CHANGED[column]:
+            weights[PARAMETERS.index(name)] *= factor if column == "time" else 1.0 / factor
+        columns = jacobian * np.where(here[:, None], weights, 1.0)
+        fitted = columns @ solve_within(columns, target, low, high).solution
+        return float(np.sum(np.square(target - fitted)))
+
+    # of two recordings, either one may be it
+    last = len(data.segments) - 1
+    for column, changed in _CHANGED.items():
+        if every or not changed:
+            for place in range(last + 1) if last > 1 else (last,):
+                best = scipy.optimize.minimize_scalar(left, args=(place, column))
+                yield OwnScale(column, place, math.exp(best.x)), float(best.fun)
