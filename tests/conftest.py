@@ -95,7 +95,7 @@ DURATIONS = Path(__file__).with_name("durations.txt")
 """Tests that take longer than a second or so: how long each took, in s, on a quiet core."""
 FLOORS = ("accuracy/",)
 """Those that run however long they take, wherever --up-to is given."""
-_QUICK_S = 2.0
+_QUICK_S = 1.0
 _UP_TO = "EDGE_IDENT_TESTS_UP_TO"
 """Environment variable that tells the workers the longest test."""
 _ONE_OF_EACH = "EDGE_IDENT_TESTS_ONE_OF_EACH"
