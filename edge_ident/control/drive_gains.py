@@ -78,7 +78,7 @@ class GainDesigns(Readable):
         return designs_table(self)
 
     def __rich__(self) -> "RenderableType":
-        from edge_ident.report.identification_tables import designs_view
+        from edge_ident.report.answer import designs_view
 
         return designs_view(self.axes)
 

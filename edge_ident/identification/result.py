@@ -274,7 +274,7 @@ class Identification(Readable):
         return identification_table(self)
 
     def __rich__(self) -> "RenderableType":
-        from edge_ident.report.identification_tables import identification_view
+        from edge_ident.report.answer import identification_view
 
         return identification_view(self)
 

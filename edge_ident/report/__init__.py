@@ -9,16 +9,13 @@ from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.present.document import diagnosis_document
-    from edge_ident.report.answer import identification_answer
-    from edge_ident.report.answer_of_diagnosis import diagnosis_answer
+    from edge_ident.report.answer import diagnosis_answer, identification_answer
     from edge_ident.report.comparison_tables import comparison_document
     from edge_ident.report.documents import (
         gains_document,
         identification_document,
         simulation_document,
     )
-    from edge_ident.report.drive_report import drive_document
-    from edge_ident.report.fault_report import fault_documents, fault_lines
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.import_report import (
         import_document,
@@ -27,16 +24,22 @@ if TYPE_CHECKING:
         resting_lines,
         scale_lines,
     )
+    from edge_ident.report.machine_documents import (
+        drive_document,
+        fault_documents,
+        fault_lines,
+        register_lines,
+        registers_document,
+        values_text,
+    )
     from edge_ident.report.next_steps import with_next_steps
     from edge_ident.report.output import save_figure, show
-    from edge_ident.report.page.diagnosis_page import write_page
-    from edge_ident.report.page.markdown_page import write_markdown
-    from edge_ident.report.page.provenance import Provenance
+    from edge_ident.report.page.diagnosis_page import write_markdown, write_page
+    from edge_ident.report.page.rendering import Provenance
     from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.page.survey_page import write_survey_page
     from edge_ident.report.plan_tables import plan_document, plan_next_step
-    from edge_ident.report.profile_tables import profile_view
-    from edge_ident.report.register_tables import register_lines, registers_document, values_text
+    from edge_ident.report.profile_report import profile_view, save_waterfall
     from edge_ident.report.run_documents import (
         capture_document,
         hold_document,
@@ -48,7 +51,6 @@ if TYPE_CHECKING:
     from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view
     from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
-    from edge_ident.report.waterfall import save_waterfall
     from edge_ident.support.documents import to_json, write_json
     from edge_ident.support.next_step import Done
 
@@ -106,33 +108,31 @@ __getattr__ = lazy_names(
     __name__,
     {
         "edge_ident.diagnosis.present.document": "diagnosis_document",
-        "edge_ident.report.answer": "identification_answer",
-        "edge_ident.report.answer_of_diagnosis": "diagnosis_answer",
+        "edge_ident.report.answer": "diagnosis_answer identification_answer",
         "edge_ident.report.comparison_tables": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",
-        "edge_ident.report.drive_report": "drive_document",
-        "edge_ident.report.fault_report": "fault_documents fault_lines",
         "edge_ident.report.gain_report": "GainReport gain_report_document gain_report_view",
         "edge_ident.report.import_report": (
             "import_document inspection_lines recording_lines resting_lines scale_lines"
         ),
+        "edge_ident.report.machine_documents": (
+            "drive_document fault_documents fault_lines "
+            "register_lines registers_document values_text"
+        ),
         "edge_ident.report.next_steps": "with_next_steps",
         "edge_ident.report.output": "save_figure show",
-        "edge_ident.report.page.diagnosis_page": "write_page",
-        "edge_ident.report.page.markdown_page": "write_markdown",
-        "edge_ident.report.page.provenance": "Provenance",
+        "edge_ident.report.page.diagnosis_page": "write_markdown write_page",
+        "edge_ident.report.page.rendering": "Provenance",
         "edge_ident.report.page.run_page": "write_run_page",
         "edge_ident.report.page.survey_page": "write_survey_page",
         "edge_ident.report.plan_tables": "plan_document plan_next_step",
-        "edge_ident.report.profile_tables": "profile_view",
-        "edge_ident.report.register_tables": "register_lines registers_document values_text",
+        "edge_ident.report.profile_report": "profile_view save_waterfall",
         "edge_ident.report.run_documents": (
             "capture_document hold_document home_document home_lines profile_document run_document"
         ),
         "edge_ident.report.run_figure": "draw_run",
         "edge_ident.report.run_tables": "outcome_view",
         "edge_ident.report.survey_tables": "survey_document survey_lines write_survey_tables",
-        "edge_ident.report.waterfall": "save_waterfall",
         "edge_ident.support.documents": "to_json write_json",
         "edge_ident.support.next_step": "Done",
     },

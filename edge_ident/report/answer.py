@@ -1,28 +1,56 @@
-"""The answer of an identification: may it be trusted, what the model misses, what to do next.
-
-These few lines come first; one table of parameters and the remarks follow.
+"""The answer of an identification or a diagnosis, by rich: may it be trusted, what does the model
+miss, what to do next; then tables of its parameters.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
 
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.error_budget import budget_lines
-from edge_ident.diagnosis.present.wording import verdict_sentence
-from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import AxisIdentification, Identification, known_sentence
-from edge_ident.model.model import PARAMETERS
-from edge_ident.report.answer_lines import labelled, next_lines
-from edge_ident.report.identification_tables import identification_view
-from edge_ident.report.next_steps import DESIGN_GAINS, OF_MODEL, identification_steps
-from edge_ident.report.parameter_table import parameter_table
-from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
-from edge_ident.support.words import listed, spoken
+from edge_ident.diagnosis.present.tables import VERDICT_COLOUR, diagnosis_view, finding_lines
+from edge_ident.diagnosis.present.wording import (
+    only_elsewhere,
+    percent,
+    timing_sentence,
+    values,
+    verdict_sentence,
+)
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.estimation.trust import Finding, off_reference
+from edge_ident.identification.result import (
+    AxisIdentification,
+    Identification,
+    ParameterSource,
+    known_sentence,
+)
+from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model
+from edge_ident.model.model_files import values_document
+from edge_ident.report.intervals import EFFECTIVE, interval_texts
+from edge_ident.report.next_steps import (
+    DESIGN_GAINS,
+    OF_MODEL,
+    blocking_steps,
+    distinct,
+    identification_steps,
+    look_at,
+)
+from edge_ident.report.output import labelled, next_lines
+from edge_ident.report.result_tables import gain_rows
+from edge_ident.support.console import FittingTable
+from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
+from edge_ident.support.words import listed, spoken, with_deviation
 
 if TYPE_CHECKING:
-    from edge_ident.diagnosis.result import AxisDiagnosis
+    from edge_ident.control.gain_design import GainDesign
+
+
+# The answer of an identification: may it be trusted, what the model misses, what to do next.
+#
+# These few lines come first; one table of parameters and the remarks follow.
 
 
 def identification_answer(
@@ -151,3 +179,243 @@ def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Text]:
         alike = f"; likewise on {listed(others)}" if others else ""
         said = f"axis {first}: {finding.message}{alike}. Next: {finding.next_step}"
         yield labelled(code, said, "yellow")
+
+
+# The answer of a diagnosis: what the model misses, and what to do next; then the parameters.
+
+_NOTHING: Final = "nothing to repair; keep this recording, to compare with later ones"
+_ELSEWHERE: Final = (
+    "diagnose both recordings together to see in what they differ: edge-ident diagnose FIRST SECOND"
+)
+_UNKNOWN: Final = (
+    f"see where the error is largest: {PAGE}; check units and sign, and record "
+    "several speeds, both ways, over the whole stroke"
+)
+
+
+def diagnosis_answer(
+    found: Diagnosis, done: Done = NOTHING_DONE, *, details: bool = False
+) -> Group:
+    """Verdict of each axis and next steps in a few lines, a table of parameters, then remarks.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    done : Done, optional
+        By the command; next steps are whole then.
+    details : bool
+        Evidence, alternatives, both models and what could not be tested, below.
+    """
+    every = (step for name in found.axes for step in _steps(name, found))
+    steps = distinct(whole_step(step, done) for step in every)
+    parts: list[RenderableType] = []
+    for name, axis in found.axes.items():
+        off = off_reference(axis.findings)
+        parts += [] if off is None else [labelled(f"axis {name}", off.message, "bold yellow")]
+        parts += [_verdict(name, axis), *([] if details else budget_lines(axis.budget, "  "))]
+    parts += [*_forbidden(found), *_validated(found)]
+    lines = {name: axis.extended.effective for name, axis in found.axes.items()}
+    parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model, lines)]
+    return Group(*parts, *([diagnosis_view(found)] if details else _remarks(found)))
+
+
+def _verdict(name: str, axis: AxisDiagnosis) -> Text:
+    colour = VERDICT_COLOUR[axis.verdict]
+    return Text.assemble((f"axis {name}", "bold"), " ", (diagnosed_sentence(axis), colour))
+
+
+def _forbidden(found: Diagnosis) -> Iterator[Text]:
+    for name, axis in found.axes.items():
+        for finding in axis.findings:
+            if finding.blocks:
+                said = f"axis {name}, {finding.code}: {finding.message}"
+                yield labelled("no cause is named", said, "bold red")
+
+
+def _validated(found: Diagnosis) -> Iterator[Text]:
+    for name, of_axis in found.validation.items():
+        base, extended = percent(of_axis.base), percent(of_axis.extended)
+        said = f"axis {name}, the base model leaves {base} and the extended one {extended}"
+        yield labelled("on the recording for validation", said)
+
+
+def _steps(name: str, found: Diagnosis) -> Iterator[str]:
+    axis = found.axes[name]
+    mends = blocking_steps(axis.findings)
+    yield from mends
+    if (off := off_reference(axis.findings)) is not None:
+        yield off.next_step
+    yield look_at(name, axis.causes)
+    for cause in axis.causes[:1]:
+        for other in cause.inseparable[:1]:
+            pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
+            yield f"to tell {pair}, record {other.experiment}"
+    if not axis.verdict.complete and not mends:
+        yield _ELSEWHERE if only_elsewhere(name, found) else _UNKNOWN
+
+
+def _remarks(found: Diagnosis) -> Iterator[Text]:
+    for finding in found.data_quality:
+        yield labelled(finding.code, f"axis {finding.axis}: {finding.message}", "yellow")
+    others = {
+        name: tuple(f for f in axis.findings if f is not off_reference(axis.findings))
+        for name, axis in found.axes.items()
+    }
+    yield from remarks(others)
+
+
+# An identification and designed gains as tables, by rich.
+
+
+def identification_view(identification: Identification, diagnosis_ms: float | None = None) -> Group:
+    """One table per axis, whether it is trusted, and the warnings with their next steps.
+
+    Parameters
+    ----------
+    identification : Identification
+    diagnosis_ms : float, optional
+        Of all diagnoses behind it, in ms; by default the time of its own.
+    """
+    axes = (part for name, axis in identification.axes.items() for part in _axis(name, axis))
+    own_ms = identification.timing_ms.get("diagnosis", 0.0)
+    said = f"identified in {identification.timing_ms['total'] - own_ms:.0f} ms"
+    if spent_ms := own_ms if diagnosis_ms is None else diagnosis_ms:
+        said += f", diagnosed in {1e-3 * spent_ms:.1f} s"
+    return Group(*axes, Text(said))
+
+
+def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
+    yield _parameter_table(name, axis)
+    blocking = ", ".join(finding.code for finding in axis.findings if finding.blocks)
+    verdict = "[green]trusted[/]" if axis.trusted else f"[red]not trusted: {blocking}[/]"
+    yield Text.from_markup(f"  {verdict}; {axis.source.spoken} used: {escape(axis.reason)}")
+    yield Text(
+        f"  relative residual {axis.metric.relative_residual:.2%} of all samples, "
+        f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
+    )
+    if not any(finding.message.startswith(axis.adequacy.reason) for finding in axis.findings):
+        yield Text(f"  {axis.adequacy.reason}")
+    yield Text(f"  {timing_sentence(axis.timing)}")
+    if axis.compensated_effects:
+        yield Text(f"  compensated effects: {', '.join(axis.compensated_effects)}")
+    for term in axis.model.terms[1:]:
+        yield Text(f"    {term.effect}: {', '.join(values(term, axis.model))}")
+    if axis.network is None:
+        yield Text(f"  network: {axis.network_reason}")
+    yield from finding_lines(axis.findings)
+
+
+def _parameter_table(name: str, axis: AxisIdentification) -> FittingTable:
+    """One column for each estimate, the one that is used first."""
+    columns: dict[ParameterSource, Estimate | None] = {
+        axis.source: axis.estimate,
+        ParameterSource.LEAST_SQUARES: axis.least_squares,
+        ParameterSource.NETWORK: axis.network,
+    }
+    columns[axis.source] = axis.estimate
+    table = FittingTable(title=escape(f"axis {name}"), title_justify="left")
+    table.add_column("parameter")
+    for source in columns:
+        heading = source.spoken + (" (used)" if source is axis.source else "")
+        table.add_column(heading, justify="right")
+    table.add_column("unit")
+    for i, parameter in enumerate(PARAMETERS):
+        cells = ("–" if estimate is None else _value(estimate, i) for estimate in columns.values())
+        table.add_row(parameter.replace("_", " "), *cells, axis.units[i])
+    if axis.line is not None:
+        for i, parameter in enumerate(PARAMETERS[1:], 1):
+            rest = ["–"] * (len(columns) - 1)
+            label = f"effective {spoken(parameter)}"
+            table.add_row(label, _value(axis.line, i), *rest, axis.units[i])
+    return table
+
+
+def _value(estimate: Estimate, index: int) -> str:
+    return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
+
+
+def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
+    """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
+    table = FittingTable(title="gains, in N·m, rad and s", title_justify="left")
+    table.add_column("")
+    for name in designs:
+        table.add_column(escape(f"axis {name}"), justify="right")
+    for label, cells in _gain_rows(list(designs.values())):
+        table.add_row(label, *cells)
+    used = (
+        Text(f"  axis {name}: {used.effect}: {used.sentence}")
+        for name, design in designs.items()
+        for used in design.used
+    )
+    unused = (
+        Text(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
+        for name, design in designs.items()
+        for unused in design.unused
+    )
+    return Group(table, *used, *unused)
+
+
+def _gain_rows(designs: list["GainDesign"]) -> Iterator[tuple[str, list[str]]]:
+    """Label and one cell per axis."""
+    yield "bandwidth (rad/s)", [f"{d.bandwidth_rad_s:.4g}" for d in designs]
+    yield "phase margin (°)", [f"{d.phase_margin_deg:.4g}" for d in designs]
+    yield "gain margin", [f"{d.gain_margin:.4g}" for d in designs]
+    for row in gain_rows([d.gains for d in designs]):
+        yield row.label, row.cells(4)
+
+
+# Every parameter of a model with its 95 % interval, in one table.
+
+
+def parameter_table(
+    model: Model, lines: Mapping[str, Estimate | None] = MappingProxyType({})
+) -> FittingTable:
+    """Rows of every axis: the base model's parameters, then those of each effect.
+
+    Parameters
+    ----------
+    model : Model
+    lines : mapping of axis name to Estimate or None
+        With friction as the line through the friction curve, where that bends.
+    """
+    bent = any(line is not None for line in lines.values())
+    title = f"parameters ({EFFECTIVE})" if bent else "parameters"
+    table = FittingTable(title=title, title_justify="left")
+    table.add_column("axis")
+    table.add_column("parameter")
+    table.add_column("value", justify="right")
+    table.add_column("95 % interval", justify="right")
+    table.add_column("unit")
+    for name, axis in model.axes.items():
+        for cells in (*_line_rows(lines.get(name), axis), *_rows(axis)):
+            table.add_row(escape(name), *cells)
+    return table
+
+
+def _line_rows(line: Estimate | None, axis: AxisModel) -> Iterator[tuple[str, str, str, str]]:
+    """The line through the friction, and above it nothing else: it is what is best known."""
+    if line is None:
+        return
+    units = [entry["unit"] for entry in values_document(axis.terms[0], axis).values()]
+    for i, name in enumerate(PARAMETERS[1:], 1):
+        value, std = float(line.parameters[i]), float(line.std[i])
+        yield f"effective {spoken(name)}", *_cells(value, std), units[i]
+
+
+def _rows(axis: AxisModel) -> Iterator[tuple[str, str, str, str]]:
+    """Parameter, value, interval and unit; of an effect only what its form has."""
+    for n, term in enumerate(axis.terms):
+        effect = f"{spoken(term.effect)}: " if n else ""
+        for name, entry in values_document(term, axis).items():
+            value, std, unit = entry["value"], entry["std"], entry["unit"]
+            if std is not None or n == 0:
+                unit = "" if unit == "1" else unit
+                yield f"{effect}{spoken(name)}", *_cells(value, std), unit
+
+
+def _cells(value: float, std: float | None) -> tuple[str, str]:
+    texts = interval_texts(value, std)
+    if texts is None:
+        return f"{value:.4g}", ""
+    shown, low, high = texts
+    return shown, f"{low} to {high}"

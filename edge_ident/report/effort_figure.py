@@ -10,8 +10,8 @@ from edge_ident.support.rows import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Sampling periods from which the residual's line is broken: the axis stood still there.
 _GAP: Final = 1.5
-"""Sampling periods from which the residual's line is broken: the axis stood still there."""
 
 
 def effort_figure(identification: Identification) -> "Figure":

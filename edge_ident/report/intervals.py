@@ -1,10 +1,12 @@
-"""95 % intervals as texts, to the digits that the standard deviation leaves."""
+"""Parameters in words: 95 % intervals, to the digits that the standard deviation leaves."""
 
 import math
 from typing import Final
 
 from edge_ident.model.model import NORMAL_95
 
+EFFECTIVE: Final = "effective: the line through the friction curve, over the speeds visited"
+"""What people are told of an effective parameter, once."""
 _MOST_DECIMALS: Final = 9
 
 

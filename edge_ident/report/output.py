@@ -1,15 +1,18 @@
 """Where results go: the terminal, a JSON file, a picture."""
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rich.console import RenderableType
+from rich.text import Text
 
 from edge_ident.support.console import VisibleConsole
 from edge_ident.support.documents import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 _RESOLUTION_DPI: Final = 120
 
@@ -48,3 +51,16 @@ def save_figure(figure: "Figure", picture: Path) -> Path:
     with atomic_write(picture) as partial:
         figure.savefig(partial, dpi=_RESOLUTION_DPI)
     return picture
+
+
+# Lines of an answer, by rich.
+
+
+def labelled(label: str, said: str, style: str = "bold") -> Text:
+    """A line of an answer: what it is about, and what is said of it."""
+    return Text.assemble((label, style), f": {said}")
+
+
+def next_lines(steps: Iterable[str]) -> Iterator[Text]:
+    """What to do next, a line for each step."""
+    yield from (labelled("next", step) for step in steps)

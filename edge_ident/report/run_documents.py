@@ -1,29 +1,34 @@
-"""A run and a latency profile as JSON documents (schemas edge-ident/*/1)."""
+"""A run and a latency profile as JSON documents (schemas edge-ident/*/1), and what to do next."""
 
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from edge_ident.commissioning.board_answer import AxisAnswer
 from edge_ident.commissioning.capture import Capture
+from edge_ident.commissioning.gain_transfer import BACKUP_FILE
 from edge_ident.commissioning.homing import Held, Homing
 from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.latency import TARGET_MS, Profile, spread
 from edge_ident.commissioning.rounds import Round
-from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.run import Ending, Outcome
 from edge_ident.commissioning.verification import GainChange
 from edge_ident.estimation.network import Network
+from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import PARAMETERS
-from edge_ident.report.board_answer_report import board_answer_document
 from edge_ident.report.documents import design_document, identification_document
+from edge_ident.report.next_steps import blocking_steps, distinct, look_at
 from edge_ident.report.promise_report import commit_document, promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
+from firmware_interface.registers import IdentificationReason
 
-_SHOWN_RAD: Final = 5e-5
-"""Half of the last digit that is printed."""
+# A run and a latency profile as JSON documents (schemas edge-ident/*/1).
+
+_SHOWN_RAD: Final = 5e-5  # half of the last digit that is printed
 
 
 def run_document(
@@ -195,3 +200,109 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "faster_precision": profile.faster_precision,
         "verdict": profile.verdict,
     }
+
+
+# What the board identified by itself, as part of a run's document.
+
+
+def board_answer_document(outcome: Outcome) -> dict[str, Any] | None:
+    """The field `board_identification` of schema edge-ident/run/1; null without a network."""
+    answer = outcome.board
+    if answer is None:
+        return None
+    return {
+        "state": answer.state.name,
+        "network": f"{answer.network:08x}",
+        "axes": {
+            name: _axis(axis, outcome.identification.axes[name])
+            for name, axis in answer.axes.items()
+        },
+    }
+
+
+def _axis(answer: AxisAnswer, own: AxisIdentification) -> dict[str, Any]:
+    identified = answer.board.reason is IdentificationReason.NONE
+    again = answer.recomputed
+    return {
+        "verdict": answer.verdict.value,
+        "said": answer.sentence,
+        "reason": answer.board.reason.name,
+        "images": answer.board.images,
+        "relative_residual": answer.board.relative_residual if identified else None,
+        "deviations": answer.deviations if identified else None,
+        "parameters": {
+            name: {
+                "value": answer.board.parameters[i],
+                "std": None if answer.std is None else float(answer.std[i]),
+                "difference": float(answer.difference[i]),
+                "recomputed": None if again is None else float(again[i]),
+                "unit": own.units[i],
+            }
+            for i, name in enumerate(PARAMETERS)
+        }
+        if identified
+        else None,
+    }
+
+
+# What to do next after a run; the terminal and the page say the same.
+
+_VIRTUAL: Final = "virtual"  # the device that ends with the command, and its gains with it
+
+
+def run_steps(outcome: Outcome, device: str | None = None) -> list[str]:
+    """After a run, of all axes: what to do with the gains, and where to look at the machine.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    device : str, optional
+        The board's, as --device names it.
+    """
+    axes = outcome.identification.axes
+    if outcome.answer.ending is Ending.CONTRADICTORY:
+        return distinct([step for axis in axes.values() for step in blocking_steps(axis.findings)])
+    return [
+        *(_look_at(name, outcome) for name in axes if _to_adjust(name, outcome)),
+        _gains(outcome, device),
+    ]
+
+
+def axis_steps(axis: AxisIdentification, outcome: Outcome, device: str | None = None) -> list[str]:
+    """After a run, of one axis."""
+    if outcome.answer.ending is Ending.CONTRADICTORY:
+        steps = blocking_steps(axis.findings)
+        return steps or ["correct what is wrong on the other axis, then run again"]
+    return [_gains(outcome, device)]
+
+
+def _gains(outcome: Outcome, device: str | None) -> str:
+    """What to do with gains that were designed."""
+    change = outcome.change
+    if change is None or change.dry_run:
+        promise = None if change is None else change.promise
+        if promise is not None and not promise.worth_a_write:
+            return "nothing: the board's gains are as good"
+        return "run it again without --dry-run to write these gains"
+    if change.next_step:
+        return change.next_step
+    old = f"the old gains are in {BACKUP_FILE}"
+    if device == _VIRTUAL:
+        return f"run a virtual board that keeps its gains: edge-ident board --pty; {old}"
+    if outcome.confirmed and not outcome.stored:
+        where = f" --device {device}" if device else ""
+        return f"keep the new gains over a power cycle: edge-ident gains store{where}; {old}"
+    return f"nothing; {old}"
+
+
+def _to_adjust(name: str, outcome: Outcome) -> bool:
+    """Whether a diagnosis names a part of the machine, and no motion contradicts it."""
+    found, change = outcome.identification.axes[name].diagnosis, outcome.change
+    contradicted = change is not None and name in change.contradicted
+    return found is not None and bool(found.causes) and not contradicted
+
+
+def _look_at(name: str, outcome: Outcome) -> str:
+    found = outcome.identification.axes[name].diagnosis
+    assert found is not None
+    return f"{look_at(name, found.causes)}; the page of the run says why"

@@ -17,8 +17,7 @@ from edge_ident.support.rows import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_INTERVALS: Final = 120
-"""The tracking error is drawn as its maximum in each of so many intervals."""
+_INTERVALS: Final = 120  # the tracking error is drawn as its maximum in each of so many intervals
 
 
 def draw_run(folder: Path) -> "Figure":

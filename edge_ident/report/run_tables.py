@@ -10,14 +10,18 @@ from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import GainChange, Verification
 from edge_ident.model.model import Model
-from edge_ident.report.answer import model_lines, remarks
-from edge_ident.report.answer_lines import labelled, next_lines
+from edge_ident.report.answer import (
+    designs_view,
+    identification_view,
+    model_lines,
+    parameter_table,
+    remarks,
+)
 from edge_ident.report.gain_report import promise_view
-from edge_ident.report.gain_rows import gain_rows
-from edge_ident.report.identification_tables import designs_view, identification_view
-from edge_ident.report.parameter_table import parameter_table
+from edge_ident.report.output import labelled, next_lines
+from edge_ident.report.result_tables import gain_rows
+from edge_ident.report.run_documents import run_steps
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
-from edge_ident.report.run_steps import run_steps
 from edge_ident.support.console import FittingTable
 from edge_ident.support.words import listed
 

@@ -15,7 +15,7 @@ from rich.text import Text
 from edge_ident.files.opening import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import COLUMNS, Survey, SurveyedAxis, SurveyedRecording
-from edge_ident.report.page.wording import to_its_std
+from edge_ident.report.page.card import to_its_std
 from edge_ident.report.survey_wording import (
     by_interest,
     causes_words,
@@ -33,10 +33,8 @@ from edge_ident.support.words import on_a_line, with_deviation
 
 CSV_FILE: Final = "survey.csv"
 PARQUET_FILE: Final = "survey.parquet"
-_LEAST_STD: Final = 1e-6
-"""Smaller deviations would need too many decimals."""
-_FORMULA: Final = tuple("=+-@＝＋－＠")
-"""Signs with which a formula begins, in any width."""
+_LEAST_STD: Final = 1e-6  # smaller deviations would need too many decimals
+_FORMULA: Final = tuple("=+-@＝＋－＠")  # signs with which a formula begins, in any width
 _ARROW_TYPES: Final = {str: "string", float: "float64", bool: "bool_"}
 
 

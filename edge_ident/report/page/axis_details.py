@@ -1,24 +1,251 @@
 """All about one axis of a diagnosis: causes, charts and tables below the first screen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from edge_ident.diagnosis.measures import ModelFit, Validation
+import numpy as np
+from markupsafe import Markup
+
+from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
+from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
 from edge_ident.diagnosis.present import wording as terms
 from edge_ident.diagnosis.present.document import explained_variance
-from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.report.page.budget_charts import BudgetPicture, budget_picture
-from edge_ident.report.page.card import Row, Table
-from edge_ident.report.page.cause_list import Bar, cause_bars, other_remarks
-from edge_ident.report.page.chart import Chart
+from edge_ident.report.intervals import EFFECTIVE
+from edge_ident.report.page.card import (
+    Row,
+    Table,
+    digits,
+    effort_word,
+    sentence,
+    unit_text,
+    with_interval,
+)
+from edge_ident.report.page.chart import Chart, Layer, across, around
 from edge_ident.report.page.diagnosis_card import distinct
-from edge_ident.report.page.map_charts import cause_chart, residual_charts
-from edge_ident.report.page.spectrum_chart import spectrum_chart
-from edge_ident.report.page.time_charts import busiest, effort_chart, residual_chart
-from edge_ident.report.page.wording import digits, sentence, unit_text, with_interval
-from edge_ident.report.parameter_table import EFFECTIVE
+from edge_ident.report.page.diagnosis_charts import (
+    busiest,
+    cause_chart,
+    effort_chart,
+    residual_chart,
+    residual_charts,
+    spectrum_chart,
+)
 from edge_ident.support.words import spoken
+
+# Causes of an axis as a ranked list with bars, with what speaks for and against each.
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One line of the ranking.
+
+    Attributes
+    ----------
+    kind : str
+        Class of the style sheet: supported, suspected, minor or rest.
+    title, term : str
+        Everyday words, and the field's term.
+    share : str
+        Of the effort.
+    bar : Markup
+        The picture.
+    facts : list of str
+        Sentences below it.
+    tests : list of str
+        Why it was accepted, and what other effects do in its place; folded away.
+    """
+
+    kind: str
+    title: str
+    term: str
+    share: str
+    bar: Markup
+    facts: list[str] = field(default_factory=list)
+    tests: list[str] = field(default_factory=list)
+
+
+def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
+    """Supported causes, strongest first, then suspected and minor ones, and what is left."""
+    groups = (("supported", axis.causes), ("suspected", axis.suspected), ("minor", axis.minor))
+    shares = [cause.share for _, causes in groups for cause in causes]
+    longest = max([*shares, axis.extended.fitted]) or 1.0
+    bars = [_bar(kind, cause, axis, longest) for kind, causes in groups for cause in causes]
+    rest = axis.extended.fitted
+    noise = f"noise alone would leave {digits(100 * axis.noise_floor, 2)} %"
+    return [
+        *bars,
+        Bar(
+            "rest",
+            "What is left over",
+            noise,
+            _share(rest, axis),
+            _picture("rest", rest, longest, f"Left over: {_share(rest, axis)}; {noise}."),
+        ),
+    ]
+
+
+def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
+    share, term = _share(cause.share, axis), spoken(cause.term.effect)
+    facts = [sentence(cause.evidence)] if cause.evidence else []
+    if kind == "supported":
+        gain, interval = terms.gain(cause)
+        facts.append(
+            f"On kept-back parts it takes away {gain} of the error (95 % interval: {interval})."
+        )
+    else:
+        facts.append(f"{kind.capitalize()}: {cause.decision}.")
+    if shown_in := terms.recordings_of(cause, axis):
+        facts.append(f"Seen in {shown_in}.")
+    values = ", ".join(map(unit_text, terms.values(cause.term, axis.model)))
+    return Bar(
+        kind,
+        sentence(named(cause.term.effect).advice.in_words).removesuffix("."),
+        term,
+        share,
+        _picture(kind, cause.share, longest, f"{term}: {share}."),
+        [*facts, f"Values ± one standard deviation: {values}." if values else ""],
+        [
+            *([sentence(f"accepted: {cause.decision}")] if kind == "supported" else []),
+            *(sentence(terms.alternative_sentence(other)) for other in cause.alternatives),
+        ],
+    )
+
+
+def other_remarks(axis: AxisDiagnosis) -> list[str]:
+    """Effects that were tried and refused, external vibrations, and lines above the band."""
+    said = [sentence(terms.refused_sentence(refused)) for refused in axis.refused]
+    unit = unit_text(axis.model.effort_unit)
+    said += [
+        f"A vibration from outside acts on the axis: {one}. It is no property of the machine."
+        for one in map(unit_text, terms.spoken_vibrations(axis))
+    ]
+    said += [
+        f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at "
+        f"{_place(line)}."
+        for line in axis.lines
+    ]
+    return said + _finding_sentences(axis)
+
+
+def _place(line: SpectralLine) -> str:
+    """Order or frequency of a line."""
+    if line.order is not None:
+        return f"order {digits(line.order, 4)} (repetitions per turn, or per metre)"
+    if line.frequency_range_hz is not None:
+        lowest, highest = line.frequency_range_hz
+        return f"a frequency that moves between {digits(lowest, 3)} and {digits(highest, 3)} Hz"
+    return f"{digits(line.frequency_hz or 0.0, 4)} Hz"
+
+
+def _finding_sentences(axis: AxisDiagnosis) -> list[str]:
+    return [f"{sentence(f.message)} Next: {f.next_step}." for f in axis.findings]
+
+
+def _share(share: float, axis: AxisDiagnosis) -> str:
+    return f"{digits(100 * share, 2)} % of the {effort_word(axis.model.effort_unit)}"
+
+
+def _picture(kind: str, share: float, longest: float, title: str) -> Markup:
+    return Markup(
+        '<svg class="bar" role="img" height="14" width="100%"><title>{}</title>'
+        '<line class="{}" x2="{:.2f}%" y1="7" y2="7"/></svg>'
+    ).format(title, kind, max(0.3, 100.0 * share / longest))
+
+
+# The error budget on a page: one bar that adds up, and the curves with their bands.
+
+
+@dataclass(frozen=True)
+class BudgetPicture:
+    """What the page shows of an error budget.
+
+    Attributes
+    ----------
+    missed : str
+        How much is missed.
+    bar : Markup
+    table : Table
+    charts : list of Chart
+    """
+
+    missed: str
+    bar: Markup
+    table: Table
+    charts: list[Chart]
+
+
+def budget_picture(key: str, budget: ErrorBudget) -> BudgetPicture:
+    """Draw a budget; `key` is unique in the page."""
+    pairs = [(entry, curve) for entry in budget.entries for curve in entry.curves]
+    return BudgetPicture(
+        missed=sentence(budget.sentence),
+        bar=_budget_bar(budget),
+        table=Table(
+            "Where this error lies (shares add up to 100 %)",
+            ("along", "share", "effort, rms", "beyond the simple model"),
+            list(budget.rows),
+        ),
+        charts=[
+            _chart(f"{key}-{number}", entry, curve) for number, (entry, curve) in enumerate(pairs)
+        ],
+    )
+
+
+def _budget_bar(budget: ErrorBudget) -> Markup:
+    """The shares side by side."""
+    parts, begin = [], 0.0
+    curves = 0
+    for entry in budget.entries:
+        share = max(entry.share, 0.0)
+        kind = "noise" if entry.where == NOISE else "rest"
+        if entry.curves or entry.named:
+            kind, curves = f"part{curves % 3}", curves + 1
+        parts.append(
+            Markup(
+                '<rect class="{}" x="{:.2f}%" width="{:.2f}%" height="22"><title>{}: {}</title>'
+                "</rect>"
+            ).format(kind, 100.0 * begin, 100.0 * share, entry.label, _percent(share))
+        )
+        begin += share
+    said = "; ".join(f"{entry.label} {_percent(entry.share)}" for entry in budget.entries)
+    return Markup(
+        '<svg class="budget" role="img" height="22" width="100%" aria-label="{}">{}</svg>'
+    ).format(f"Of the error: {said}", Markup("").join(parts))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
+
+
+def _chart(key: str, entry: BudgetEntry, curve: BudgetCurve) -> Chart:
+    """A curve with its band."""
+    unit, x = unit_text(curve.unit), curve.coordinate
+    low, high = float(np.min(curve.values)), float(np.max(curve.values))
+    level = np.array([0.0])
+    return Chart(
+        key,
+        sentence(f"{curve.what} over {curve.over}, beyond the simple model").removesuffix("."),
+        f"It goes from {digits(low, 2)} to {digits(high, 2)} {unit}, and is "
+        f"{_percent(entry.share)} of the error.",
+        (curve.over, unit_text(curve.coordinate_unit)),
+        (f"missed {curve.what}", unit),
+        across(x),
+        around(np.concatenate([curve.low, curve.high, level])),
+        (
+            Layer(
+                "area",
+                "noise",
+                np.concatenate([x, x[::-1]]),
+                np.concatenate([curve.low, curve.high[::-1]]),
+                "90 % band",
+            ),
+            Layer("line", "extended", x, curve.values, "curve"),
+        ),
+        height=180,
+    )
 
 
 @dataclass(frozen=True)

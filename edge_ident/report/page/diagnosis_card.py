@@ -8,17 +8,16 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.present.wording import only_elsewhere
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of
-from edge_ident.report.page.card import PICTURE_HEIGHT, Card, Status
-from edge_ident.report.page.chart import Chart
-from edge_ident.report.page.loop_charts import loop_chart
-from edge_ident.report.page.map_charts import Axes, cause_chart, followed, quantities, residual_map
-from edge_ident.report.page.recordings_at_fault import TOGETHER, of_recordings
-from edge_ident.report.page.time_charts import busiest, effort_chart, models, reach, residual_chart
-from edge_ident.report.page.wording import (
+from edge_ident.report.next_steps import blocking_steps
+from edge_ident.report.page.card import (
+    PICTURE_HEIGHT,
+    Card,
+    Status,
     all_of,
     counted,
     digits,
@@ -29,6 +28,20 @@ from edge_ident.report.page.wording import (
     sentence,
     unit_text,
 )
+from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.diagnosis_charts import (
+    Axes,
+    busiest,
+    cause_chart,
+    effort_chart,
+    followed,
+    loop_chart,
+    models,
+    quantities,
+    reach,
+    residual_chart,
+    residual_map,
+)
 from edge_ident.support.words import spoken
 
 _STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
@@ -37,13 +50,13 @@ _STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
     Verdict.PARTLY_EXPLAINED: ("open", "partly explained"),
     Verdict.UNEXPLAINED: ("open", "not understood"),
 }
+# Where to look, by the quantity that an error without a cause follows.
 _FOLLOWS: Final = {
     "position": "what changes along the stroke: screw, guides, belt, cables",
     "velocity": "what changes with speed: lubricant, seals, bearings",
     "distance_since_reversal": "what happens where the axis turns back: play, coupling, guides",
     "time": "what changes with time, or comes from outside: electronics, warming, people",
 }
-"""Where to look, by the quantity that an error without a cause follows."""
 
 
 def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
@@ -325,3 +338,51 @@ def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
         return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
     return effort_chart(key, axis, busiest(axis) if axis.extends_base else slice(None))
+
+
+# The first screen of an axis where recordings are at fault, or differ.
+
+TOGETHER: Final = "FIRST SECOND"
+"""Stands for the names of the recordings, which the page knows."""
+
+
+def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
+    """The card with what forbids to name a cause in place of advice on the machine, and with what
+    tells in what two recordings differ.
+
+    Parameters
+    ----------
+    card : Card
+    diagnosis : Diagnosis
+
+    Returns
+    -------
+    Card
+        The same where nothing forbids it.
+    """
+    findings = diagnosis.axes[card.axis].findings
+    if forbid := [finding.message for finding in findings if finding.blocks]:
+        return replace(
+            card,
+            verdict=Markup("No cause is named: {}").format(sentence(forbid[0])),
+            sure=[Markup("<b>Sure that this recording can tell none.</b>"), *card.sure[1:]],
+            part=[Markup("The recording and its columns, before the machine.")],
+            action=[escape(sentence(step)) for step in blocking_steps(findings)],
+        )
+    if only_elsewhere(card.axis, diagnosis):
+        together = Markup("Diagnose both recordings together: <code>{}</code>.").format(
+            f"edge-ident diagnose {TOGETHER}"
+        )
+        if diagnosis.axes[card.axis].causes:
+            return replace(card, action=[*card.action, together])
+        return replace(
+            card,
+            verdict=Markup(
+                "Inertia and friction explain this recording, and not the other one: the machine "
+                "changed, or what was recorded of it."
+            ),
+            sure=[Markup("<b>Sure that the recordings differ. Not sure how.</b>"), *card.sure[1:]],
+            part=[Markup("What was changed between the recordings: load, scale, sign, warmth.")],
+            action=[together],
+        )
+    return card

@@ -7,7 +7,7 @@ from typer.testing import CliRunner, Result
 
 import edge_ident
 from edge_ident.cli import app
-from edge_ident.report.run_steps import axis_steps, run_steps
+from edge_ident.report.run_documents import axis_steps, run_steps
 from tests.edge_ident.report.page import hand_made_run
 
 

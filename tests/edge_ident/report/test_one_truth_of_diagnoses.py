@@ -16,10 +16,10 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.measured_curves import entries
 from edge_ident.model.model import Term
-from edge_ident.report.answer_of_diagnosis import diagnosis_answer
+from edge_ident.report.answer import diagnosis_answer
+from edge_ident.report.page.card import digits
 from edge_ident.report.page.diagnosis_page import write_page
-from edge_ident.report.page.provenance import Provenance
-from edge_ident.report.page.wording import digits
+from edge_ident.report.page.rendering import Provenance
 from edge_ident.support.words import spoken
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import read

@@ -5,10 +5,19 @@ import re
 import numpy as np
 import pytest
 
-from edge_ident.report.page.chart import Chart, Layer
-from edge_ident.report.page.paths import HEIGHT, WIDTH, dots_path, envelope, line_path, means
-from edge_ident.report.page.scale import Scale, around
-from edge_ident.report.page.wording import digits, with_interval
+from edge_ident.report.page.card import digits, with_interval
+from edge_ident.report.page.chart import (
+    HEIGHT,
+    WIDTH,
+    Chart,
+    Layer,
+    Scale,
+    around,
+    dots_path,
+    envelope,
+    line_path,
+    means,
+)
 
 
 def points(path: str) -> list[list[tuple[int, int]]]:

@@ -9,8 +9,13 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.present.document import running_time
 from edge_ident.diagnosis.present.effort_figure import effort_figure
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.report.page.map_charts import cause_chart, followed, residual_charts
-from edge_ident.report.page.time_charts import effort_chart, residual_chart
+from edge_ident.report.page.diagnosis_charts import (
+    cause_chart,
+    effort_chart,
+    followed,
+    residual_chart,
+    residual_charts,
+)
 from tests.edge_ident.diagnosis import hand_made
 
 

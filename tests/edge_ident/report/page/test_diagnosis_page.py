@@ -15,12 +15,11 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
+from edge_ident.report.page.card import digits, sentence
 from edge_ident.report.page.diagnosis_card import diagnosis_card
+from edge_ident.report.page.diagnosis_charts import _to_and_fro, broken
 from edge_ident.report.page.diagnosis_page import write_page
-from edge_ident.report.page.loop_charts import _to_and_fro
-from edge_ident.report.page.provenance import Provenance
-from edge_ident.report.page.time_charts import broken
-from edge_ident.report.page.wording import digits, sentence
+from edge_ident.report.page.rendering import Provenance
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, document, read
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from edge_ident.report.page.diagnosis_page import write_page
-from edge_ident.report.page.provenance import Provenance
+from edge_ident.report.page.rendering import Provenance
 from edge_ident.report.page.run_page import write_run_page
 from tests.browser import PROGRAM, Tab, opened
 from tests.edge_ident.diagnosis import hand_made

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from edge_ident.diagnosis.result import NotTestable
-from edge_ident.report.page.markdown_page import write_markdown
+from edge_ident.report.page.diagnosis_page import write_markdown
 from edge_ident.support.words import visible
 from tests.edge_ident.diagnosis import hand_made
 

@@ -1,4 +1,4 @@
-"""The stages of a latency profile as a waterfall: each begins where the median of the last ends."""
+"""A latency profile as a waterfall of its stages, and as tables by rich."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,9 +6,14 @@ from pathlib import Path
 from typing import Final
 
 from markupsafe import Markup
+from rich.console import Group
+from rich.text import Text
 
-from edge_ident.commissioning.latency import Profile, ProfileRun, Spread, spread
+from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, Spread, spread
+from edge_ident.support.console import FittingTable
 from edge_ident.support.documents import atomic_write
+
+# The stages of a latency profile as a waterfall: each begins where the median of the last ends.
 
 _WHOLE: Final = "total"
 _CELLS: Final = 24
@@ -111,3 +116,30 @@ def _drawn(run: ProfileRun, every: list[Bar], top: int) -> Markup:
             )
         )
     return Markup("").join(parts)
+
+
+# A latency profile as tables, by rich.
+
+
+def profile_view(profile: Profile) -> Group:
+    """Percentiles of every stage, a table for each start and precision, and the verdict."""
+    return Group(
+        Text(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
+        *(_stage_table(run) for run in profile.runs),
+        Text(profile.ways),
+        Text(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
+    )
+
+
+def _stage_table(run: ProfileRun) -> FittingTable:
+    title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"
+    table = FittingTable(title=title, title_justify="left")
+    table.add_column("stage")
+    for heading in ("p50", "p95", "p99", "max"):
+        table.add_column(heading, justify="right")
+    table.add_column("█ p50, ░ p99")
+    for (stage, times), bar in zip(run.stages_ms.items(), [*bar_texts(run), ""], strict=True):
+        of_stage = spread(times)
+        values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
+        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar)
+    return table

@@ -1,14 +1,63 @@
-"""The register map and the values of a board, as a document and as lines of text."""
+"""A machine and its board as documents: the drive's description, hidden faults, registers."""
 
+import dataclasses
 import math
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
+from edge_ident.commissioning import Fault
+from edge_ident.commissioning.described_drive import DescribedDrive
 from edge_ident.commissioning.register_access import code_name
+from edge_ident.drive.description import drive_text
 from firmware_interface.board_types import MAP_CRCS
 from firmware_interface.received import valid_value
 from firmware_interface.register import Register
+
+# A drive description as a document.
+
+
+def drive_document(made: DescribedDrive, file: Path) -> dict[str, Any]:
+    """Schema edge-ident/drive/1: under `drive` the tables and keys of the file.
+
+    Parameters
+    ----------
+    made : DescribedDrive
+    file : Path
+        Where the description was written.
+    """
+    return {
+        "schema": "edge-ident/drive/1",
+        "file": str(file),
+        "drive": tomllib.loads(drive_text(made.drive, made.origins)),
+        "assumed": list(made.assumed),
+    }
+
+
+# Faults that were hidden in a virtual drive: what they are in truth.
+
+
+def fault_documents(faults: Sequence[Fault]) -> list[dict[str, Any]]:
+    """Field `hidden` of a document."""
+    return [{**dataclasses.asdict(fault), "values": dict(fault.values)} for fault in faults]
+
+
+def fault_lines(faults: Sequence[Fault]) -> list[str]:
+    """One line for each fault."""
+    return [f"hidden in {fault.axis}: {fault.effect}, {_size(fault)}" for fault in faults]
+
+
+def _size(fault: Fault) -> str:
+    """Size of a fault as it was given, and in its unit where that is another."""
+    given = f"{fault.strength:.3g} {fault.measure}"
+    if fault.unit in (fault.measure, "1"):
+        return given
+    return f"{given} ({fault.size:.3g} {fault.unit.replace('*', '·')})"
+
+
+# The register map and the values of a board, as a document and as lines of text.
 
 Values = Mapping[str, tuple[float, ...]]
 
