@@ -8,40 +8,40 @@ from importlib import import_module
 from typing import Final
 
 import typer
+from typer.models import CommandInfo
 
 from edge_ident.cli import root, settings
-from edge_ident.cli.command_group import with_example
-from edge_ident.cli.failures import failure_of, tell
+from edge_ident.cli.command import failure_of, tell, with_example
 from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, uncut
 
 GROUPS: Final = {
     "A board and its machine": {
         "init": "init",
-        "doctor": "checkup",
         "ports": "checkup",
+        "doctor": "checkup",
         "run": "run",
-        "capture": "capture",
+        "capture": "run",
         "gains": "gains",
         "home": "machine",
         "hold": "machine",
         "stop": "machine",
         "clear-fault": "machine",
-        "registers": "registers",
+        "registers": "checkup",
         "report": "run_report",
-        "profile": "profile",
+        "profile": "checkup",
     },
     "Recordings": {
         "import": "import_file",
         "identify": "identify",
         "diagnose": "diagnose",
-        "plan": "plan",
+        "plan": "diagnose",
         "survey": "survey",
-        "compare": "compare",
+        "compare": "identify",
     },
     "Without a machine": {
         "simulate": "simulate",
         "board": "board",
-        "plant": "plant",
+        "plant": "board",
     },
     "Networks": {
         "train": "offline",
@@ -99,12 +99,16 @@ def _app_of(modules: Iterable[str]) -> typer.Typer:
     for module in modules:
         import_module(f"{__name__}.{module}").register(app)
     panels = {name: title for title, group in GROUPS.items() for name in group}
+    app.registered_commands.sort(key=lambda command: list(HOMES).index(_name(command)))
     for command in app.registered_commands:
-        name = str(command.name or getattr(command.callback, "__name__", ""))
-        command.rich_help_panel = panels.get(name)
+        command.rich_help_panel = panels.get(_name(command))
     for group in app.registered_groups:
         group.rich_help_panel = panels.get(str(group.name))
     return app
+
+
+def _name(command: CommandInfo) -> str:
+    return str(command.name or getattr(command.callback, "__name__", ""))
 
 
 def __getattr__(name: str) -> typer.Typer:

@@ -1,4 +1,4 @@
-"""The command board: a virtual board to connect to."""
+"""Commands that serve what is no machine: a virtual board to connect to, or its drive alone."""
 
 import os
 import signal
@@ -19,6 +19,9 @@ from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
     from edge_ident.commissioning import Failure
+
+
+# The command board: a virtual board to connect to.
 
 Pty = Annotated[
     bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
@@ -75,8 +78,9 @@ Failures = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Add this file's command."""
+    """Add this file's commands."""
     app.command()(board)
+    app.command()(plant)
 
 
 @command
@@ -205,3 +209,40 @@ def _parse_speed(text: str) -> float | None:
     if not 0.01 <= speed <= 100.0:
         raise typer.BadParameter("give a number from 0.01 to 100, or max", param_hint="--speed")
     return speed
+
+
+# The command plant: the virtual drive alone, for firmware that runs elsewhere.
+
+Socket = Annotated[
+    Path | None,
+    typer.Option(
+        "--socket", metavar="PATH", help="Unix socket to serve the drive at; it is created."
+    ),
+]
+
+
+@command
+def plant(*, socket: Socket = None, faults: HideOptions, results: ResultOptions) -> None:
+    """Serve the virtual drive without a board, for firmware to control, until Ctrl-C.
+
+    The reference firmware connects to it with its option --plant PATH. Every connection gets a new
+    drive at rest. The path is printed; with --output it is also written to plant.json in that
+    folder. With --reveal, what the same options hide is printed, and no drive is served.
+
+    Example: `edge-ident plant --socket ./drive --hide backlash`
+    """
+    hidden = faults.hidden(of_machine=True)
+    if faults.reveal:
+        faults.tell_alone("plant", {"socket": None}, hidden, results)
+        return
+    if socket is None:
+        raise typer.BadParameter("give --socket PATH")
+
+    def ready(path: str) -> None:
+        results.deliver({"schema": "edge-ident/plant/1", "socket": path}, "plant.json")
+        if not results.json:
+            print(path, flush=True)
+        say(f"ready; start the firmware with: --plant {path}   (Ctrl-C to end)")
+
+    known = hidden or commissioning.Hidden((), ())
+    commissioning.serve_plant(socket, known.plant, ready)

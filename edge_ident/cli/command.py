@@ -1,21 +1,38 @@
-"""What makes a function a command: groups of options, and errors turned into exit codes."""
+"""What makes a function a command: groups of options, exit codes, help in sentences."""
 
+import copy
+import errno
 import functools
 import inspect
 import math
+import re
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
-from typing import Annotated, Any, Final, get_type_hints
+from functools import partial
+from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 
 import typer
+from typer.core import TyperGroup
 
-from edge_ident.cli.command_group import with_example
-from edge_ident.cli.failures import INTERNAL, Failure, failure_of, tell
-from edge_ident.cli.messages import NORMAL, Verbosity, detail, say_always, telling
+from edge_ident.cli.messages import (
+    NORMAL,
+    Verbosity,
+    detail,
+    print_document,
+    say,
+    say_always,
+    telling,
+)
 from edge_ident.errors import EdgeIdentError
+from edge_ident.support.interrupts import INTERRUPTED, interrupted
+from edge_ident.support.streams import flushed
+from edge_ident.support.words import on_a_line
+
+# What makes a function a command: groups of options, and errors turned into exit codes.
 
 UNTRUSTED: Final = 1
 
@@ -166,3 +183,164 @@ def _keyword(
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
     )
+
+
+# What typer does not do by itself: help in whole sentences, and numbers as they are written.
+
+
+class CommandGroup(TyperGroup):
+    """A group that lists its commands with the whole first sentence of their help."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands; a line that is too long continues on the next."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for name, command in self.commands.items():
+            if not command.hidden:
+                said = " ".join((command.help or "").split("\n\n")[0].split())
+                title = getattr(command, "rich_help_panel", None)
+                title = title if isinstance(title, str) else "Commands"
+                groups.setdefault(title, []).append((name, said))
+        for title, rows in groups.items():
+            with formatter.section(title):
+                formatter.write_dl(rows)
+
+
+def with_example(text: str) -> str:
+    """A help text without marks, whose example is a line of its own."""
+    text = re.sub(r"^Example: `(.+)`", "\b\nExample:\n  \\1", inspect.cleandoc(text), flags=re.M)
+    return text.replace("`", "")
+
+
+def take_plain_numbers(command: Any) -> None:
+    """Make every option of a command, and of those below it, refuse underscores in numbers."""
+    for parameter in command.params:
+        kind = parameter.type
+        if kind.name.startswith(("float", "int")):
+            parameter.type = copy.copy(kind)  # options without a range share theirs
+            parameter.type.convert = partial(_converted, kind)
+    for below in getattr(command, "commands", {}).values():
+        take_plain_numbers(below)
+
+
+def _converted(kind: Any, value: Any, parameter: Any, context: Any) -> Any:
+    if "_" in str(value):
+        kind.fail(f"{value!r} is not a valid {kind.name}.", parameter, context)
+    return kind.convert(value, parameter, context)
+
+
+# Errors that a user can act on, with their exit codes.
+
+USAGE: Final = 2
+FILE: Final = 5
+"""A file that cannot be read, or a result that cannot be written."""
+UNREAD: Final = 141
+"""Nobody reads the result any more: as a shell says of other programs that a closed pipe ends."""
+INTERNAL: Final = 70
+"""A defect of the program itself, by the number that sysexits.h has for it."""
+# Characters of a cause or a next step: forty columns by headings of a line each.
+_LONGEST: Final = 4000
+_NO_ROOM: Final = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
+
+
+class Failure(NamedTuple):
+    """An error as it is reported.
+
+    Attributes
+    ----------
+    exit_code : int
+    code : {"link", "board", "data", "model", "gains", "file", "usage", "interrupted", "internal"}
+        What failed, for scripts.
+    cause, next_step : str
+        One line each.
+    """
+
+    exit_code: int
+    code: str
+    cause: str
+    next_step: str
+
+
+INTERRUPTION: Final = Failure(
+    INTERRUPTED, "interrupted", "the command was interrupted", "run it again when you are ready"
+)
+CLOSED: Final = Failure(
+    FILE,
+    "file",
+    "the output was closed before the result was written to it",
+    "let what reads it read to the end; files are written",
+)
+UNREAD_RESULT: Final = CLOSED._replace(exit_code=UNREAD)
+
+
+def failure_of(error: BaseException) -> Failure | None:
+    """What to tell about an error; None for what a user cannot act on."""
+    if isinstance(error, EdgeIdentError):
+        return Failure(error.exit_code, error.code, error.cause, error.next_step)
+    if isinstance(error, BrokenPipeError):
+        return CLOSED if _notes(error) else UNREAD_RESULT
+    if isinstance(error, OSError):
+        return Failure(FILE, "file", str(error), _remedy(error))
+    if isinstance(error, KeyboardInterrupt) or interrupted():
+        return INTERRUPTION
+    return None
+
+
+def tell(error: BaseException, failure: Failure, *, as_json: bool) -> int:
+    """Print an error on stderr, as a document on stdout where JSON is wanted; the exit code."""
+    if failure is INTERRUPTION:
+        say("interrupted")
+    elif failure is not UNREAD_RESULT:
+        say_always(f"error: {_line(failure.cause)}")
+        say_always(f"next:  {_line(failure.next_step)}")
+    for note in _notes(error):
+        say_always(f"note:  {_line(note)}")
+    flushed(sys.stdout)
+    if as_json:
+        print_failure(error, failure)
+    return failure.exit_code
+
+
+def _line(sentence: str) -> str:
+    """One line, whatever stands in the names that it quotes, and no more than a person reads."""
+    line = on_a_line(sentence)
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…"
+
+
+def print_failure(error: BaseException, failure: Failure) -> None:
+    """Print the one JSON document of a command that failed, schema edge-ident/error/1."""
+    document = {
+        "schema": "edge-ident/error/1",
+        "code": failure.code,
+        "error": type(error).__name__,
+        "message": failure.cause,
+        "cause": failure.cause,
+        "next_step": failure.next_step,
+        "notes": _notes(error),
+        "exit_code": failure.exit_code,
+    }
+    try:
+        print_document(document)
+    except OSError:  # stdout may be what failed
+        flushed(sys.stdout)
+
+
+@contextmanager
+def noting(done: Iterable[str]) -> Iterator[None]:
+    """Note on whatever ends the body early what has been done to the machine by then."""
+    try:
+        yield
+    except BaseException as error:
+        for sentence in done:
+            error.add_note(sentence)
+        raise
+
+
+def _notes(error: BaseException) -> list[str]:
+    """What became of the machine, one line each."""
+    return list(getattr(error, "__notes__", ()))
+
+
+def _remedy(error: OSError) -> str:
+    full = error.errno in _NO_ROOM
+    remedy = "free some space on that disk" if full else "check the path and your rights to it"
+    return f"{remedy}, or choose another folder with --output"

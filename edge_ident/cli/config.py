@@ -9,8 +9,7 @@ import typer
 
 import edge_ident
 from edge_ident.cli import settings
-from edge_ident.cli.command import settings_command, tell_ignored
-from edge_ident.cli.command_group import CommandGroup, with_example
+from edge_ident.cli.command import CommandGroup, settings_command, tell_ignored, with_example
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import ResultOptions
 from edge_ident.cli.sessions import drive_or_built_in

@@ -1,18 +1,20 @@
-"""The command gains: designs from a recording, or runs one of the verbs of board_gains."""
+"""The command gains: designs from a recording, or runs one of its verbs on a board."""
 
-from typing import Annotated, Any, Final
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 import edge_ident
-from edge_ident import report
-from edge_ident.cli import board_gains
-from edge_ident.cli.command import UNTRUSTED, command
-from edge_ident.cli.command_group import CommandGroup, with_example
+from edge_ident import commissioning, report
+from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, with_example
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import (
     Bandwidth,
+    BoardOptions,
     Details,
     DriveFile,
     ModelFile,
@@ -20,9 +22,17 @@ from edge_ident.cli.options import (
     NoDiagnose,
     ResultOptions,
     drive_for,
+    given_model,
     model_for,
 )
-from edge_ident.cli.progress import progress_if_any
+from edge_ident.cli.progress import progress_if_any, shown_progress
+from edge_ident.cli.sessions import connected, located
+from edge_ident.support.words import listed
+
+if TYPE_CHECKING:
+    from edge_ident import Board
+    from edge_ident.commissioning import Bank, Forecasts
+
 
 _HELP: Final = """Design gains from a recording (gains FILE), or manage the gains of a board.
 
@@ -53,7 +63,8 @@ def register(app: typer.Typer) -> None:
     """Add this file's command, a group of verbs."""
     group = typer.Typer(cls=_DesignUnlessVerb, no_args_is_help=True, rich_markup_mode=None)
     group.command()(design)
-    board_gains.register(group)
+    for verb in (show, diff, stage, commit, rollback, store, restore):
+        group.command()(verb)
     app.add_typer(group, name="gains", help=with_example(_HELP))
 
 
@@ -111,3 +122,290 @@ def _show(
     results.answer(
         lambda: report.identification_answer(found, done, details=details, without_findings=then)
     )
+
+
+# The life of a board's gains: show, diff, stage, commit, rollback, store, restore.
+
+GainsFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="Backup of gains, or the file that edge-ident gains FILE --output gains.json wrote.",
+    ),
+]
+Backups = Annotated[
+    Path,
+    typer.Option(
+        "--backups",
+        metavar="FOLDER",
+        envvar="EDGE_IDENT_BACKUPS",
+        help="Folder for backups of the active gains.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class ForecastOptions:
+    """Options that say from what margins and tracking are predicted."""
+
+    model: ModelFile = None
+    recording: Annotated[
+        Path | None,
+        typer.Option(
+            "--recording",
+            metavar="FILE",
+            help="Recording of the drive, from which margins and tracking error are predicted.",
+        ),
+    ] = None
+
+    def predict(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
+        """Predict margins and tracking; nothing where neither model nor recording is given."""
+        if self.model is None and self.recording is None:
+            return ()
+        motion = None if self.recording is None else edge_ident.load_recording(self.recording)
+        known = model_for(self.model, board.axes)
+        forecaster = commissioning.Forecaster(board.identity, board.limits(), known, motion)
+        return forecaster.forecast(banks)
+
+    def predict_stable(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
+        """Predict, and refuse new gains that cannot work."""
+        forecasts = self.predict(board, banks)
+        for of_new in forecasts[1:]:
+            commissioning.check_stable(of_new)
+        return forecasts
+
+
+@dataclass(frozen=True)
+class ChangeOptions:
+    """What surrounds a change of gains."""
+
+    backups: Backups = Path("edge-ident-gains")
+    large_steps: Annotated[
+        bool,
+        typer.Option(
+            "--large-steps",
+            help="Allow feedback gains to change by more than a factor of five at once.",
+        ),
+    ] = False
+
+
+@command
+def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions) -> None:
+    """Show the active and the staged gains of a board.
+
+    With --model or --recording, the margins and the tracking error are predicted. The gains are
+    printed; with --output they are also written to board_gains.json in that folder.
+
+    Example: `edge-ident gains show --device /dev/ttyACM0 --model model.json`
+    """
+    with connected(where) as (board, _):
+        active, status = board.active_gains(), board.status()
+        staged = board.staged_gains() if status.staged_crc_ok else None
+        banks = [active] if staged is None else [active, staged]
+        found = report.GainReport(
+            board.identity.serial_number,
+            active,
+            staged,
+            forecast.predict(board, banks),
+            unconfirmed_s=status.confirm_remaining_s if status.unconfirmed else None,
+        )
+    _deliver(found, results)
+
+
+@command
+def diff(
+    *, file: GainsFile, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions
+) -> None:
+    """Compare the gains of a file with the active gains; nothing is written to the board.
+
+    The comparison is printed; with --output it is also written to board_gains.json in that folder.
+
+    Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
+    """
+    loaded = commissioning.load_gains(file)
+    with connected(where) as (board, _):
+        active = board.active_gains()
+        wanted = commissioning.wanted_gains(active, loaded)
+        predicted = forecast.predict(board, [active, wanted])
+        found = report.GainReport(board.identity.serial_number, active, wanted, predicted)
+    _deliver(found, results)
+
+
+@command
+def stage(
+    *,
+    file: GainsFile,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
+) -> None:
+    """Check the gains of a file and write them to the board without activating them.
+
+    The active gains are backed up first, and the new ones are read back. The result is printed;
+    with --output it is also written to board_gains.json in that folder.
+
+    Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
+    """
+    loaded = commissioning.load_gains(file)
+    with connected(where) as (board, _):
+        active = commissioning.settled_gains(board)
+        wanted = commissioning.wanted_gains(active, loaded)
+        predicted = _checked(board, active, wanted, forecast, change)
+        backup = commissioning.back_up(active, board.identity, change.backups)
+        commissioning.stage_gains(board, wanted)
+        number = board.identity.serial_number
+        if loaded.serial_number not in (None, number):
+            say(f"these are the gains of board {loaded.serial_number}, and this is board {number}")
+        found = report.GainReport(number, active, wanted, predicted, backup)
+    _deliver(found, results, "the gains are staged, and not active")
+    device = located(where).device
+    if not _ends_with_the_command(device):
+        say(f"staged and read back; activate them with: edge-ident gains commit --device {device}")
+
+
+@command
+def commit(
+    *,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
+) -> None:
+    """Activate the staged gains; they are kept if two motions follow as well as forecast.
+
+    The machine does two motions with the old gains and, if the forecast of the tracking error is
+    at least 5 % better, again with the new ones. Otherwise nothing is activated. The result is
+    printed; with --output it is also written to board_gains.json in that folder.
+
+    Example: `edge-ident gains commit --device /dev/ttyACM0`
+    """
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, drive):
+            commissioning.make_ready(board)
+            active = board.active_gains()
+            staged = commissioning.staged_whole(board, active)
+            predicted = _checked(board, active, staged, forecast, change)
+            backup = commissioning.back_up(active, board.identity, change.backups)
+            with shown_progress() as bars:
+                known = given_model(forecast.model)
+                done = commissioning.commit_staged(board, drive, staged, bars, known)
+                said += _in_force(done)
+            number = board.identity.serial_number
+            found = report.GainReport(number, active, staged, predicted, backup, done)
+        _deliver(found, results)
+    if not (done.confirmed or done.unchanged):
+        raise typer.Exit(UNTRUSTED)
+
+
+@command
+def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
+    """Return to the previous gains while the new ones are not confirmed.
+
+    To return to older gains, use restore. The result is printed; with --output it is also written
+    to board_gains.json in that folder.
+
+    Example: `edge-ident gains rollback --device /dev/ttyACM0`
+    """
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, _):
+            commissioning.roll_back_unconfirmed(board)
+            said.append("the previous gains are in force")
+            found = report.GainReport(board.identity.serial_number, board.active_gains())
+        _deliver(found, results)
+
+
+@command
+def store(
+    *, where: BoardOptions, backups: Backups = Path("edge-ident-gains"), results: ResultOptions
+) -> None:
+    """Write the active gains to the permanent memory of the board.
+
+    They are then active after the next power-up. The result is printed; with --output it is also
+    written to board_gains.json in that folder.
+
+    Example: `edge-ident gains store --device /dev/ttyACM0`
+    """
+    said = list[str]()
+    with noting(said):
+        with connected(where) as (board, _):
+            active = commissioning.settled_gains(board)
+            backup = commissioning.back_up(active, board.identity, backups)
+            board.store()
+            said.append("the gains are stored")
+            found = report.GainReport(board.identity.serial_number, active, backup=backup)
+        _deliver(found, results)
+    say("the gains are stored")
+    _ends_with_the_command(located(where).device)
+
+
+@command
+def restore(
+    *,
+    file: GainsFile,
+    where: BoardOptions,
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+    results: ResultOptions,
+) -> None:
+    """Stage the gains of a backup and activate them; they are kept if a motion ends without fault.
+
+    The machine moves once, with the restored gains. The result is printed; with --output it is
+    also written to board_gains.json in that folder.
+
+    Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
+    """
+    loaded, said = commissioning.load_gains(file), list[str]()
+    with noting(said):
+        with connected(where) as (board, drive):
+            commissioning.check_owner(board, loaded)
+            commissioning.make_ready(board)
+            active = board.active_gains()
+            wanted = commissioning.wanted_gains(active, loaded)
+            predicted = _checked(board, active, wanted, forecast, change)
+            backup = commissioning.back_up(active, board.identity, change.backups)
+            with shown_progress() as bars:
+                done = commissioning.restore_gains(board, drive, wanted, bars)
+                said += _in_force(done)
+            number = board.identity.serial_number
+            found = report.GainReport(number, active, wanted, predicted, backup, done)
+        _deliver(found, results)
+
+
+def _checked(
+    board: "Board",
+    active: "Bank",
+    wanted: "Bank",
+    forecast: ForecastOptions,
+    change: ChangeOptions,
+) -> "Forecasts":
+    """Check gains before they are staged or committed; what is predicted of them."""
+    unchecked = commissioning.check_change(board, active, wanted, change.large_steps)
+    predicted = forecast.predict_stable(board, [active, wanted])
+    if unchecked and not predicted:
+        say(
+            f"feedback of axis {listed(unchecked)}: not checked, for the board states no inertia; "
+            "--model or --recording have this computer check it"
+        )
+    return predicted
+
+
+def _ends_with_the_command(device: str) -> bool:
+    """Say of a virtual board, if this is one, that it keeps nothing."""
+    virtual = device == "virtual"
+    if virtual:
+        say("this virtual board ends with the command; keep one with: edge-ident board --pty")
+    return virtual
+
+
+def _in_force(done: "commissioning.GainChange") -> list[str]:
+    """What to note where the command ends before it tells its result."""
+    return ["new gains are in force, and confirmed"] if done.confirmed else []
+
+
+def _deliver(found: "report.GainReport", results: ResultOptions, *done: str) -> None:
+    with noting(done):
+        results.deliver(report.gain_report_document(found), "board_gains.json")
+        results.show(report.gain_report_view(found))

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from edge_ident import commissioning, report
-from edge_ident.cli.command import UNTRUSTED, command, settings_command, tell_ignored
-from edge_ident.cli.failures import noting
+from edge_ident.cli.command import UNTRUSTED, command, noting, settings_command, tell_ignored
 from edge_ident.cli.messages import say
 from edge_ident.cli.options import BoardOptions, ResultOptions
 from edge_ident.cli.progress import shown_progress

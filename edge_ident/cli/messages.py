@@ -3,14 +3,17 @@
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from edge_ident import report
 from edge_ident.support.streams import flushed
 from edge_ident.support.words import visible
+
+if TYPE_CHECKING:
+    import logging
 
 
 @dataclass(frozen=True)
@@ -53,8 +56,6 @@ def telling(wanted: Verbosity) -> Iterator[None]:
 def _log_on_stderr() -> AbstractContextManager[None]:
     import logging  # only a person who asks for it needs it
 
-    from edge_ident.cli.logs import logged
-
     return logged(logging.StreamHandler(), "%(message)s", _LOGGERS)
 
 
@@ -87,3 +88,23 @@ def detail(message: str) -> None:
 def print_document(document: dict[str, Any]) -> None:
     """Print the one JSON document on stdout."""
     print(report.to_json(document), flush=True)
+
+
+# Where a command's log goes while it runs.
+
+
+@contextmanager
+def logged(handler: "logging.Handler", line: str, names: Sequence[str]) -> Iterator[None]:
+    """Give what loggers of these names tell to a handler, as lines of a format."""
+    import logging
+
+    handler.setFormatter(logging.Formatter(line))
+    loggers = [logging.getLogger(name) for name in names]
+    for logger in loggers:
+        logger.setLevel(logging.INFO)
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)

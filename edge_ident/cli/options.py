@@ -4,23 +4,24 @@ A group is a dataclass whose fields are options; `edge_ident.cli.command` turns 
 that type into those options.
 """
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar, get_args
 
 import typer
 
 import edge_ident
-from edge_ident import report
+from edge_ident import commissioning, report
 from edge_ident.cli.messages import print_document, say
 
 _ByAxis = TypeVar("_ByAxis", "edge_ident.Model", "edge_ident.Drive")
 _OF_FILES: Final = (".json", ".html", ".md", ".npz", ".csv", ".png", ".svg")
 _SUFFIXES: Final = (".csv", ".npz")
 _IN_FOLDER: Final = "recording.npz"
+# What a run writes first and last, and no other command.
 _OF_A_RUN: Final = ("gains_before.json", "report.json")
-"""What a run writes first and last, and no other command."""
 
 
 def named(path: str) -> Path:
@@ -307,3 +308,107 @@ def recording_file(output: Path) -> Path:
             param_hint="--output",
         )
     return output
+
+
+# Options of a motion that the axes make, or a simulated drive.
+
+MOST_CYCLES: Final = 1000
+"""Periods of a motion, as in a drive description: hours of the slowest ones."""
+_PERIODIC: Final = ("sinusoid", "multisine")
+MotionName = Annotated[
+    Literal["sinusoid", "multisine", "staircase"],
+    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
+]
+MOTIONS: Final[tuple[str, ...]] = get_args(get_args(MotionName)[0])
+
+
+def _cycles_option(variable: str | None = None) -> Any:
+    return typer.Option(
+        "--cycles",
+        min=1,
+        max=MOST_CYCLES,
+        metavar="NUMBER",
+        envvar=variable,
+        help="Number of periods of a sinusoid or multisine; default: as in the drive description.",
+    )
+
+
+Cycles = Annotated[int | None, _cycles_option("EDGE_IDENT_CYCLES")]
+SimulatedCycles = Annotated[int | None, _cycles_option()]
+"""Periods of a simulated motion, which no setting of the machine changes."""
+
+
+def check_named(motion: str) -> None:
+    """Refuse a motion that is neither a name nor the path of a file.
+
+    Raises
+    ------
+    typer.BadParameter
+    """
+    if motion not in MOTIONS and not Path(motion).suffix and not Path(motion).exists():
+        raise typer.BadParameter(
+            f"there is neither a motion nor a file {motion}; write {', '.join(MOTIONS)}, or the "
+            "path of a file",
+            param_hint="--motion",
+        )
+
+
+def periods(context: typer.Context, motion: str, cycles: int | None) -> int | None:
+    """Number of periods of a motion; None where it has none, or its own.
+
+    Raises
+    ------
+    typer.BadParameter
+        The command line gives a number for a motion that has none; as a setting it counts for
+        others.
+    """
+    if motion in _PERIODIC:
+        return cycles
+    source = context.get_parameter_source("cycles")
+    if cycles is not None and source is not None and source.name == "COMMANDLINE":
+        raise typer.BadParameter(f"{motion} has no periods", param_hint="--cycles")
+    return None
+
+
+# Shares as a person writes them: 0.05, or 5%.
+
+
+def share(given: str | float) -> float:
+    """A share from a number such as 0.05 or a percentage such as 5%.
+
+    Parameters
+    ----------
+    given : str or float
+        As it stands on the command line, in the environment or in the settings file.
+
+    Raises
+    ------
+    typer.BadParameter
+        If it is neither, or negative.
+    """
+    text = str(given).strip()
+    try:
+        found = commissioning.plain_number(text.removesuffix("%")) / (
+            100.0 if text.endswith("%") else 1.0
+        )
+    except ValueError:
+        found = math.nan
+    if not 0.0 <= found < math.inf:
+        raise typer.BadParameter(f"{text!r} is no share: write 5% or 0.05")
+    return found
+
+
+def part(given: str | float) -> float:
+    """A share of at most all of something; otherwise as `share`."""
+    found = share(given)
+    if found > 1.0:
+        raise typer.BadParameter(f"{str(given)!r} is more than 100%: write 5% or 0.05")
+    return found
+
+
+def true_part(given: str | float) -> float:
+    """A share of something, neither nothing nor all of it; otherwise as `share`."""
+    found = share(given)
+    if not 0.0 < found < 1.0:
+        raise typer.BadParameter(f"{str(given)!r} is not between 0% and 100%: write 5% or 0.05")
+    return found

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 LINE_EVERY_S: Final = 5.0
 """Least time between two lines of progress where there is no terminal."""
+# Share of that time after which it is looked whether a line is due: the most that one is late.
 _LOOK_EVERY: Final = 0.2
-"""Share of that time after which it is looked whether a line is due: the most that one is late."""
 
 
 class _Count(NamedTuple):

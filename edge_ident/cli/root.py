@@ -8,9 +8,19 @@ import typer
 
 import edge_ident
 from edge_ident.cli import settings
-from edge_ident.cli.command import Beginning, Quiet, Verbose
-from edge_ident.cli.command_group import CommandGroup, take_plain_numbers
-from edge_ident.cli.failures import INTERRUPTION, USAGE, Failure, failure_of, print_failure, tell
+from edge_ident.cli.command import (
+    INTERRUPTION,
+    USAGE,
+    Beginning,
+    CommandGroup,
+    Failure,
+    Quiet,
+    Verbose,
+    failure_of,
+    print_failure,
+    take_plain_numbers,
+    tell,
+)
 from edge_ident.cli.messages import Verbosity
 
 # the base of all of typer's usage errors has no public name

@@ -1,38 +1,44 @@
-"""The command run: the whole job on a board."""
+"""Commands that move the axes and record: run, the whole job on a board, and capture."""
 
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 import edge_ident
 from edge_ident import commissioning, report
-from edge_ident.cli.command import UNTRUSTED, command
-from edge_ident.cli.failures import noting
+from edge_ident.cli.command import UNTRUSTED, command, noting
 from edge_ident.cli.hiding import HideOptions
 from edge_ident.cli.messages import say
-from edge_ident.cli.motion_options import Cycles, MotionName, periods
 from edge_ident.cli.options import (
+    MOTIONS,
     Bandwidth,
     BoardOptions,
+    Cycles,
     Details,
     Machine,
     ModelFile,
+    MotionName,
     NetworkOptions,
     ResultOptions,
     Seed,
+    check_named,
     deliver,
     given_model,
+    periods,
     save_result_model,
+    true_part,
 )
 from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
-from edge_ident.cli.shares import true_part
 
 if TYPE_CHECKING:
     from edge_ident import Drive
+
+
+# The command run: the whole job on a board.
 
 _WRITES: Final = (
     "gains_before.json", "capture*.npz", "verification*.npz", "model.json", "report.html",
@@ -156,8 +162,9 @@ class GainOptions:
 
 
 def register(app: typer.Typer) -> None:
-    """Add this file's command."""
+    """Add this file's commands."""
     app.command()(run)
+    app.command()(capture)
 
 
 @command
@@ -256,3 +263,54 @@ def _plan(
         most_s=motions.most_s,
         until=motions.until,
     )
+
+
+# The command capture: a motion and its recording.
+
+_CAPTURE_WRITES: Final = ("capture*.npz", "capture.json")
+MotionOrFile = Annotated[
+    str,
+    typer.Option(
+        "--motion",
+        metavar="sinusoid|multisine|staircase|FILE",
+        envvar="EDGE_IDENT_MOTION",
+        help="Motion that the axes make, or a file that plan wrote.",
+    ),
+]
+
+
+@command
+def capture(
+    *,
+    context: typer.Context,
+    where: BoardOptions,
+    motion: MotionOrFile = "sinusoid",
+    cycles: Cycles = None,
+    faults: HideOptions,
+    results: ResultOptions,
+) -> None:
+    """Move the axes and record the motion; no gains are written.
+
+    The recording is written to capture.npz in the folder given by --output, which must not hold a
+    recording yet. Without --output, each capture gets a folder, named by date and time, in
+    edge-ident-runs or in the folder of the setting output. The path of the recording is printed.
+
+    Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
+    """
+    check_named(motion)
+    cycles = periods(context, motion, cycles)
+    followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
+    hidden = faults.hidden()
+    with session(context, where, results.output, _CAPTURE_WRITES, hidden) as opened:
+        path = opened.folder / commissioning.CAPTURE_FILE
+        with shown_progress() as bars:
+            found = commissioning.record_motion(
+                opened.board, opened.drive, followed, cycles, path, bars
+            )
+    document = report.capture_document(found, path)
+    faults.add_to(document, hidden)
+    deliver(document, "capture.json", opened.folder, results.json)
+    if not results.json:
+        print(path, flush=True)
+        faults.tell(hidden)
+        say(f"identify it with: edge-ident identify {path}")

@@ -13,7 +13,7 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning
-from edge_ident.cli.logs import logged
+from edge_ident.cli.messages import logged
 from edge_ident.cli.options import BoardOptions, check_folder
 from edge_ident.cli.settings import board_setting
 

@@ -17,10 +17,10 @@ PREFIX: Final = "EDGE_IDENT_"
 FILE_VARIABLE: Final = "EDGE_IDENT_CONFIG_FILE"
 BOARD: Final = ("device", "baud_rate")
 """Settings that the drive description may hold too; it belongs to the machine and precedes."""
+# Largest number that is shown digit by digit; Python refuses more than 4300 digits.
 _MOST_BITS: Final = 64
-"""Largest number that is shown digit by digit; Python refuses more than 4300 digits."""
+# Settings of `BOARD` that can be used, for the command line that runs.
 _of_board: Final[dict[str, Any]] = {}
-"""Settings of `BOARD` that can be used, for the command line that runs."""
 
 
 def settings_file() -> Path:

@@ -11,10 +11,18 @@ from edge_ident import report
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say
-from edge_ident.cli.motion_options import SimulatedCycles, check_named, periods
-from edge_ident.cli.options import Json, RecordingOutput, Seed, for_axes, recording_file
+from edge_ident.cli.options import (
+    Json,
+    RecordingOutput,
+    Seed,
+    SimulatedCycles,
+    check_named,
+    for_axes,
+    periods,
+    recording_file,
+    share,
+)
 from edge_ident.cli.progress import shown_progress
-from edge_ident.cli.shares import share
 
 if TYPE_CHECKING:
     from typing import Literal

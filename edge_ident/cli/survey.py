@@ -8,8 +8,7 @@ import typer
 
 import edge_ident
 from edge_ident import report
-from edge_ident.cli.command import UNTRUSTED, command
-from edge_ident.cli.failures import FILE
+from edge_ident.cli.command import FILE, UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say
 from edge_ident.cli.options import (
@@ -73,8 +72,7 @@ SurveyFolder = Annotated[
 ]
 
 
-_LINES = 20
-"""Where nobody scrolls."""
+_LINES = 20  # where nobody scrolls
 
 
 def register(app: typer.Typer) -> None:

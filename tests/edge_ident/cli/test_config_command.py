@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner, Result
 
 from edge_ident.cli import app, machine, sessions, settings
-from edge_ident.cli.failures import INTERNAL
+from edge_ident.cli.command import INTERNAL
 from tests.repetitions import a_few
 
 

@@ -147,7 +147,7 @@ def test_an_import_that_an_interrupt_breaks_is_an_interrupt(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A C extension turns KeyboardInterrupt into ImportError while it loads."""
-    from edge_ident.cli.failures import INTERRUPTION, failure_of
+    from edge_ident.cli.command import INTERRUPTION, failure_of
     from edge_ident.support import interrupts
 
     broken = ImportError("initialization failed")

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
-from edge_ident.cli.motion_options import MOST_CYCLES
+from edge_ident.cli.options import MOST_CYCLES
 from edge_ident.drive.description import TABLE_RANGES
 
 COMMANDS = (
