@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from edge_ident.commissioning import AxisSheet, DescribedDrive, Entry
 
 
-# The command init: a drive description from what data sheets say.
-
 _FILE: Final = Path("drive.toml")
 _AXES: Final = ("x", "z")  # names of the axes, unless an option gives others: those of a board
 _Texts = list[str] | None

@@ -26,8 +26,6 @@ from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
 from firmware_interface.registers import IdentificationReason
 
-# A run and a latency profile as JSON documents (schemas edge-ident/*/1).
-
 _SHOWN_RAD: Final = 5e-5  # half of the last digit that is printed
 
 
