@@ -71,6 +71,9 @@ def _level(x: Array, values: Values, *, finer_at_zero: bool = False) -> Array:
     place = np.clip((x - values["first"]) / span, 0.0, 1.0)
     along = (ENTRIES - 1) * (np.sqrt(place) if finer_at_zero else place)
     cell = np.minimum(along.astype(np.intp), ENTRIES - 2)
+    if cell.size == 1:  # at an instant of a simulation: no table has to be put together
+        low, high = (values[_NAMES[cell.item() + k]] for k in (0, 1))
+        return np.asarray(low + (along - cell) * (high - low))
     table = np.stack(np.broadcast_arrays(*(values[name] for name in _NAMES)))
     if table[0].size == 1:  # one drive: no copy of the table for each sample
         low, high = table.ravel()[cell], table.ravel()[cell + 1]
