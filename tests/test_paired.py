@@ -8,9 +8,9 @@ from rich.console import Console
 
 from tests.test_evaluation import BACKLASH, OTHER, outcome
 from tools.diagnosis_benchmark.__main__ import main as benchmark
-from tools.diagnosis_benchmark.comparing import compare_outcomes, paired_outcomes
 from tools.diagnosis_benchmark.outcome import Outcome
 from tools.diagnosis_benchmark.tables import questions
+from tools.diagnosis_benchmark.two_versions import compare_outcomes, paired_outcomes
 from tools.paired import CHANCE, Paired, paired
 from tools.real_machines.scores import Score
 from tools.real_machines.tables import compare_scores

@@ -10,10 +10,10 @@ import numpy as np
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.model.effect import Compensation
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import along_motion
+from edge_ident.model.inverse import steady_effort
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.model_files import unit_of
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.motion import Array
 from edge_ident.model.repeating import Repeating
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import FRICTION_ENTRIES, TABLE_ENTRIES, AxisGains
@@ -133,7 +133,7 @@ def sampled_over_speed(term: Term, top_rad_s: float) -> Sampled:
     for direction, top in ((1.0, forward), (-1.0, -backward)):
         at = _between(nodes, 0.0, np.sqrt(max(top, 0.0) / top_rad_s))
         speed = direction * top_rad_s * at**2
-        level = direction * _effort(term, np.zeros_like(speed), speed)
+        level = direction * steady_effort(term, np.zeros_like(speed), speed, direction)
         fits.append(_fitted(at, level, nodes))
     return _sampled(fits)
 
@@ -143,17 +143,9 @@ def sampled_over_position(term: Term, start_rad: float, step_rad: float) -> Samp
     assert term.supported is not None
     nodes: Array = start_rad + step_rad * np.arange(TABLE_ENTRIES, dtype=np.float64)
     at = _between(nodes, *term.supported.position)
-    forward, backward = (_effort(term, at, np.full_like(at, speed)) for speed in (1.0, -1.0))
+    forward, backward = (steady_effort(term, at, np.full_like(at, way), way) for way in (1.0, -1.0))
     halves = (0.5 * (forward + backward), 0.5 * (forward - backward))
     return _sampled([_fitted(at, half, nodes) for half in halves])
-
-
-def _effort(term: Term, position: Array, velocity: Array) -> Array:
-    """Effort of a term at constant speeds."""
-    still = np.zeros_like(position)
-    motion = Motion.known(still, position, velocity, still)
-    effort = named(term.effect).resistance(motion, along_motion(term))
-    return np.broadcast_to(effort, position.shape)
 
 
 def _between(nodes: Array, low: float, high: float) -> Array:

@@ -338,12 +338,12 @@ def with_curves(
         for curve in agreeing_curves(missed(data, model, floor, model.axis.units, {}))
     ]
     if other is not None:
-        found = [curve for curve in found if _holds(data, other, model, found, curve)]
-    while found and not _fits(model, _beside(data, model, found)):
+        found = _holding(data, other, model, found)
+    while found and not _fits(model, fitted_beside(data, model, found)):
         found = found[:-1]
     if not found:
         return judged, ()
-    extended = _beside(data, model, found)
+    extended = fitted_beside(data, model, found)
     judged = replace(judged, supported=replace(judged.supported, model=extended))
     if other is not None and judged.validation is not None:
         left = rms(residual_elsewhere(other, extended, fitted_anew(extended)))
@@ -357,23 +357,24 @@ def _fits(model: FittedModel, extended: FittedModel) -> bool:
     return left_by_terms(extended.axis).physical and extended.error < model.error
 
 
-def _beside(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]) -> FittedModel:
+def fitted_beside(
+    data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
+) -> FittedModel:
     """The model fitted beside curves."""
     terms = (*model.template.terms, *(curve.term for curve in curves))
     return fit(data, replace(model.template, terms=terms), model.base, model.terms)
 
 
-def _holds(
-    data: AxisData,
-    other: AxisData,
-    model: FittedModel,
-    curves: Sequence[AgreeingCurve],
-    curve: AgreeingCurve,
-) -> bool:
-    """Whether a curve certainly reduces what the model leaves of another recording."""
-    fewer = [one for one in curves if one is not curve]
-    without, left = (
-        residual_elsewhere(other, m, fitted_anew(m))
-        for m in (_beside(data, model, some) for some in (fewer, curves))
-    )
-    return bool(gain_of(np.asarray(other.block[other.valid]), without, left).certain)
+def _holding(
+    data: AxisData, other: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
+) -> list[AgreeingCurve]:
+    """Curves without which the model certainly leaves more of another recording."""
+
+    def left(some: Sequence[AgreeingCurve]) -> Array:
+        extended = fitted_beside(data, model, some)
+        return residual_elsewhere(other, extended, fitted_anew(extended))
+
+    block, with_all = other.block[other.valid], left(curves)
+    without = (left([one for one in curves if one is not curve]) for curve in curves)
+    gains = (gain_of(block, residual, with_all) for residual in without)
+    return [curve for curve, gain in zip(curves, gains, strict=True) if gain.certain]

@@ -5,14 +5,13 @@ Their sum at constant speeds it shows. That is the curve, the mean over the stro
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.model.model import AxisModel, Estimate, SupportedRange
-from edge_ident.model.motion import Motion
+from edge_ident.model.model import NORMAL_90, AxisModel, Estimate, SupportedRange
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.error_budget import AgreeingCurve
@@ -21,7 +20,6 @@ Array = NDArray[np.float64]
 
 _POINTS: Final = 21
 _PLACES: Final = 16
-_NORMAL_90: Final = 1.645
 
 
 @dataclass(frozen=True)
@@ -111,10 +109,10 @@ def friction_curve(
     variance = (speed * viscous) ** 2 + coulomb**2 + offset**2
     for curve in (one.curve for one in curves if one.curve.over == "speed"):
         half = np.interp(speed, curve.coordinate, 0.5 * (curve.high - curve.low))
-        variance = variance + (half / _NORMAL_90) ** 2
+        variance = variance + (half / NORMAL_90) ** 2
     forward, backward = (_at_constant(model, way * speed, way, seen) for way in (1.0, -1.0))
     position_unit, unit = model.units
-    deviation = _NORMAL_90 * np.sqrt(variance)
+    deviation = NORMAL_90 * np.sqrt(variance)
     return FrictionCurve(speed, forward, backward, deviation, f"{position_unit}/s", unit)
 
 
@@ -128,17 +126,14 @@ def _at_constant(model: AxisModel, velocity: Array, way: float, seen: SupportedR
 def _of_terms(model: AxisModel, velocity: Array, way: float, seen: SupportedRange) -> Array:
     """The same of terms that are friction and depend on place and speed alone."""
     from edge_ident.model.effects import named  # sound axes have no terms, and start faster
-    from edge_ident.model.inverse import along_motion
+    from edge_ident.model.inverse import steady_effort
 
     place, pace = np.meshgrid(np.linspace(*seen.position, _PLACES), velocity)
-    still = np.zeros(place.size)
-    motion = Motion.known(still, place.ravel(), pace.ravel(), still)
-    motion = replace(motion, direction=np.full(place.size, way))  # also at a speed of zero
-    found = np.zeros(place.size)
+    found = np.zeros(place.shape)
     for term in model.terms[1:]:
         effect = named(term.effect)
         elsewhere = effect.tied_to_time or effect.memory_size or effect.has_source(term.source_axis)
         if effect.search.shares_friction and not elsewhere:
-            found = found + effect.resistance(motion, along_motion(term))
-    mean: Array = found.reshape(place.shape).mean(axis=1)
+            found = found + steady_effort(term, place, pace, way)
+    mean: Array = found.mean(axis=1)
     return mean

@@ -142,6 +142,23 @@ def remembers(terms: Iterable[Term]) -> bool:
     return any(named(term.effect).memory_size for term in terms)
 
 
+def steady_effort(term: Term, position: Array, velocity: Array, way: float) -> Array:
+    """Effort of a term at constant velocities in one direction.
+
+    Parameters
+    ----------
+    term : Term
+    position, velocity : arrays
+        Of one shape; that of the effort, too.
+    way : float
+        Direction: 1 or -1, also at a velocity of zero.
+    """
+    still = np.zeros(position.size)
+    motion = Motion(still, position.ravel(), velocity.ravel(), still, np.full(position.size, way))
+    effort = named(term.effect).resistance(motion, along_motion(term))
+    return np.broadcast_to(effort, position.size).reshape(position.shape)
+
+
 def along_motion(term: Term) -> Values:
     """A term's values with an axis for the motion's samples behind that of the drives."""
     return {

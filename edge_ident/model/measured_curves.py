@@ -52,16 +52,19 @@ def entries(table: Array) -> dict[str, float]:
     return dict(zip(_NAMES, table.tolist(), strict=True))
 
 
-def at_entries(first: float, last: float, *, finer_at_zero: bool = False) -> Array:
-    """Coordinates (`ENTRIES`,) of a table's entries.
+def at_entries(
+    first: float, last: float, *, finer_at_zero: bool = False, count: int = ENTRIES
+) -> Array:
+    """Coordinates (`count`,) of a table's entries.
 
     Parameters
     ----------
     first, last : float
     finer_at_zero : bool
         Whether they lie at squares of equal steps, as those over speed do.
+    count : int, optional
     """
-    place = np.linspace(0.0, 1.0, ENTRIES)
+    place = np.linspace(0.0, 1.0, count)
     return first + (last - first) * (place**2 if finer_at_zero else place)
 
 

@@ -214,6 +214,8 @@ BOARD_UNITS: Final = ("rad", "N*m")
 """Units of position and effort in which a board's limits and gains are."""
 BASE: Final = "rigid_body"
 """Name of the base term."""
+NORMAL_90: Final = 1.645
+"""Half the width of a 90 % interval, in standard deviations."""
 NORMAL_95: Final = 1.96
 """Half the width of a 95 % interval, in standard deviations."""
 

@@ -32,11 +32,12 @@ def identification_document(identification: Identification) -> dict[str, Any]:
 
 def _axis(axis: AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else _estimate(axis.network, axis.units)
+    curve = axis.friction_curve
     return {
         "parameters": _parameters(axis),
         "physical": _with_known(_estimate(axis.estimate, axis.units), axis.known),
         "effective": _effective(axis),
-        "friction_curve": axis.friction_curve and axis.friction_curve.document(),
+        "friction_curve": None if curve is None else curve.document(),
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),

@@ -60,13 +60,13 @@ from rich.console import Console
 
 from firmware_interface.plant import EFFECTS
 from tools.diagnosis_benchmark.cases import DRAWN, KINDS, MOTIONS, Case, plan
-from tools.diagnosis_benchmark.comparing import compare_outcomes
 from tools.diagnosis_benchmark.hiding import FOLDER
 from tools.diagnosis_benchmark.looking import print_case
 from tools.diagnosis_benchmark.outcome import Outcome
 from tools.diagnosis_benchmark.running import Workers, select
 from tools.diagnosis_benchmark.speed import print_speed
 from tools.diagnosis_benchmark.tables import print_tables
+from tools.diagnosis_benchmark.two_versions import compare_outcomes
 
 DEVELOPMENT_SEED: Final = 1
 REPORTING_SEED: Final = 37013

@@ -40,6 +40,7 @@ from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, kept_period
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.model.effects import named
+from edge_ident.model.model import NORMAL_90
 from edge_ident.support.words import spoken
 
 Array = NDArray[np.float64]
@@ -48,7 +49,6 @@ Array = NDArray[np.float64]
 ALIKE: Final = 0.9
 """Concurvity: share of the mean square of a curve's effort that the curves over another quantity
 imitate, from which the motion does not tell the two apart."""
-_NORMAL_90: Final = 1.645
 _RIDGE: Final = 1e-6
 """Share of an effort beyond the base model, below which the base model has it already."""
 _RANK: Final = 1e-7
@@ -283,7 +283,7 @@ class Account:
         share = float(np.sum(products)) / (n * whole)
         spread = products - share * wholes
         std = float(np.sqrt(np.sum(spread**2) * len(here) / max(len(here) - 1, 1))) / (n * whole)
-        return share, (share - _NORMAL_90 * std, share + _NORMAL_90 * std)
+        return share, (share - NORMAL_90 * std, share + NORMAL_90 * std)
 
     @property
     def terms(self) -> tuple[AgreeingCurve, ...]:
@@ -291,17 +291,22 @@ class Account:
         effort = max(float(np.sqrt(np.mean(self.missed.effort**2))), _TINY)
         found = []
         for k in self.model.curves:
-            scaled = self.scale / self.model.products.scale[self.model.products.places[k]]
-            term = self.curves[k].term(scaled * self.model.coefficients[self.model.place(k)])
+            term = self.curves[k].term(
+                self._scaled(k) * self.model.coefficients[self.model.place(k)]
+            )
             share = float(np.sqrt(np.mean(self._parts[k] ** 2))) / effort
             found.append(AgreeingCurve(term, self._curve(k), share))
         return tuple(sorted(found, key=lambda curve: -curve.share))
 
+    def _scaled(self, k: int) -> Array:
+        """What the coefficients of a curve are multiplied by, (m,)."""
+        products = self.model.products
+        return np.asarray(self.scale / products.scale[products.places[k]])
+
     def _curve(self, k: int) -> BudgetCurve:
         """A curve with its band, beyond the base model."""
         curve, place = self.curves[k], self.model.place(k)
-        scaled = self.scale / self.model.products.scale[self.model.products.places[k]]
-        shown = curve.shown * scaled
+        shown = curve.shown * self._scaled(k)
         values = shown @ self.model.coefficients[place]
         covariance = self.model.covariance[place, place] * self._colour(k)
         std = np.sqrt(np.maximum(np.einsum("pm,mk,pk->p", shown, covariance, shown), 0.0))
@@ -312,8 +317,8 @@ class Account:
             over=kind.over_what,
             coordinate=curve.points,
             values=values,
-            low=values - _NORMAL_90 * std,
-            high=values + _NORMAL_90 * std,
+            low=values - NORMAL_90 * std,
+            high=values + NORMAL_90 * std,
             unit=kind.of.format(position=position, effort=effort),
             coordinate_unit=kind.unit.format(position=position, effort=effort),
         )

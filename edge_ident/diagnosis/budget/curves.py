@@ -348,8 +348,7 @@ class _Spline:
     @property
     def points(self) -> Array:
         """Of the coordinate, as dense as the spline."""
-        place = np.linspace(0.0, 1.0, _POINTS)
-        return self.low + (self.high - self.low) * (place**2 if self.root else place)
+        return at_entries(self.low, self.high, finer_at_zero=self.root, count=_POINTS)
 
     @property
     def penalty(self) -> Array:

@@ -137,7 +137,7 @@ def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:
     return [rms(effort) / scale for effort in own_efforts(data, model, space)]
 
 
-# The size of a cause: what it takes off the effort as it was recorded.
+# The size of a cause: by how much it reduces the effort as it was recorded.
 #
 # The comparison attenuates from the knee on, and fades out around reversals, where play, presliding
 # and impacts act most of all. So whether a cause is worth naming is judged on the effort as it is,
@@ -150,7 +150,7 @@ def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:
 
 
 def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
-    """What each added term, with the others of its effect, takes off the recorded effort.
+    """By how much each added term, with the others of its effect, reduces the recorded effort.
 
     Parameters
     ----------
