@@ -3,6 +3,10 @@
 This is the public API. What is not named in `__all__` is private and free to change. Names load
 their module when they are first used, so that importing the package is fast.
 
+Results are plain data. How one is shown, as text, table or picture, is its view; which function
+makes that of which class is said here, so that results know nothing of the package `report`. This
+module is imported before any other of the package, so no result is there before it is said.
+
 >>> import edge_ident
 >>> recording = edge_ident.simulate()
 >>> found = edge_ident.identify(recording)
@@ -10,7 +14,7 @@ their module when they are first used, so that importing the package is fast.
 True
 """
 
-from edge_ident.support.lazy import lazy_names
+from edge_ident.support.lazy import lazy_names, shown_by
 from edge_ident.support.version import VERSION
 
 __version__ = VERSION
@@ -161,6 +165,17 @@ __getattr__ = lazy_names(
         "firmware_interface.board": "Board",
         "firmware_interface.motion": "Trajectory",
     },
+)
+
+shown_by(
+    {
+        "edge_ident.report.answer": ("GainDesigns=designs_view Identification=identification_view"),
+        "edge_ident.report.comparison_tables": "Comparison=comparison_view",
+        "edge_ident.report.diagnosis_tables": "Diagnosis=diagnosis_view",
+        "edge_ident.report.plan_tables": "MotionPlan=plan_view",
+        "edge_ident.report.result_tables": "Model=model_view Recording=recording_view",
+        "edge_ident.report.survey_tables": "Survey=survey_view",
+    }
 )
 
 

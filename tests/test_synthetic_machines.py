@@ -11,13 +11,13 @@ from edge_ident.baselines.comparison import compare
 from edge_ident.baselines.methods import METHODS
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.estimation.network import load_network
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import ParameterSource
 from edge_ident.model.model import Model
 from edge_ident.model.model_files import load_model, save_model
+from edge_ident.report.diagnosis_documents import diagnosis_document
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.documents import to_json

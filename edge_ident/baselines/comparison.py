@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,22 +12,18 @@ from edge_ident.baselines.problem import Problem, pose
 from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network, given_network
 from edge_ident.estimation.trust import Finding, check_estimate
-from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
+from edge_ident.model.model import Estimate
 from edge_ident.signals.data_checks import check_usable
 from edge_ident.signals.metrics import Metric
 from edge_ident.signals.metrics import compare as measure
 from edge_ident.signals.recording_files import Given, given_recording
 from edge_ident.signals.time_stamps import with_mended_stamps
 from edge_ident.support.given import number
-from edge_ident.support.rows import Readable, new_figure
+from edge_ident.support.rows import Drawable
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from rich.console import RenderableType
-
     from edge_ident.baselines.methods import Method
-    from edge_ident.support.rows import Table
 
 
 @dataclass(frozen=True)
@@ -78,8 +74,11 @@ class AxisComparison:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Readable):
+class Comparison(Drawable):
     """All axes of a recording, each identified by several methods.
+
+    `table` has a row for each parameter of each method on each axis. `plot` draws the estimates
+    with their 95 % intervals side by side.
 
     Attributes
     ----------
@@ -99,34 +98,6 @@ class Comparison(Readable):
     def answered(self) -> bool:
         """Whether some method gave an answer for every axis."""
         return all(any(row.estimate for row in axis.rows) for axis in self.axes.values())
-
-    def table(self) -> "Table":
-        """One row for each parameter of each method on each axis.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.report.result_tables import comparison_table
-
-        return comparison_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.report.comparison_tables import comparison_view
-
-        return comparison_view(self)
-
-    def plot(self) -> "Figure":
-        """Draw the estimates with their 95 % intervals side by side.
-
-        Raises
-        ------
-        DataError
-            matplotlib is not installed.
-        """
-
-        return comparison_figure(self)
 
 
 def all_methods() -> "dict[str, Method]":
@@ -239,62 +210,3 @@ def _attempt(method: "Method", problem: Problem) -> tuple[Estimate | None, str]:
     if not (np.isfinite(estimate.parameters).all() and np.isfinite(estimate.std).all()):
         return None, "the computation ended in numbers that are not finite"
     return estimate, ""
-
-
-# Estimates with their intervals side by side, one panel per parameter.
-
-# Times the best relative residual, above which an estimate does not set a panel's range.
-_FAR: Final = 2.0
-
-
-def comparison_figure(comparison: Comparison) -> "Figure":
-    """Draw every method's estimate of every parameter, a row of panels per axis."""
-    rows = sum(2 + len(axis.rows) for axis in comparison.axes.values())
-    figure = new_figure(12, 0.32 * rows)
-    grid = figure.subplots(len(comparison.axes), len(PARAMETERS), squeeze=False, sharey="row")
-    for panels, (name, axis) in zip(grid, comparison.axes.items(), strict=True):
-        for index, panel in enumerate(panels):
-            _draw_parameter(panel, axis, index)
-        panels[0].set_yticks(
-            range(len(axis.rows)), [row.method.replace("_", " ") for row in axis.rows]
-        )
-        panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
-        panels[0].set_ylabel(f"axis {name}")
-    return figure
-
-
-def _draw_parameter(panel: Any, axis: AxisComparison, index: int) -> None:
-    """Value and 95 % interval of every method; an arrow where the value lies outside."""
-    low, high = _range(axis, index)
-    panel.set_xlim(low, high)
-    panel.set_title(f"{PARAMETERS[index].replace('_', ' ')} ({axis.units[index]})", fontsize=10)
-    panel.locator_params(axis="x", nbins=5)
-    panel.grid(axis="x", alpha=0.3)
-    for line, row in enumerate(axis.rows):
-        if row.estimate is None:
-            panel.text(0.5 * (low + high), line, "no answer", ha="center", va="center", alpha=0.5)
-            continue
-        value, std = float(row.estimate.parameters[index]), float(row.estimate.std[index])
-        if low <= value <= high:
-            panel.errorbar(value, line, xerr=NORMAL_95 * std, fmt="o", color="tab:blue", capsize=3)
-            continue
-        edge, side, arrow = (low, "left", "◀") if value < low else (high, "right", "▶")
-        text = f"{arrow} {value:.3g}" if side == "left" else f"{value:.3g} {arrow}"
-        panel.text(edge, line, text, ha=side, va="center", color="tab:red", fontsize=9)
-
-
-def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
-    """From the lowest to the highest interval of the estimates that describe the effort."""
-    answered = [(row.estimate, row.metric) for row in axis.rows if row.estimate and row.metric]
-    best = min((metric.relative_residual for _, metric in answered), default=0.0)
-    shown = [
-        (estimate.parameters[index], NORMAL_95 * estimate.std[index])
-        for estimate, metric in answered
-        if metric.relative_residual <= _FAR * best
-    ]
-    if not shown:
-        return 0.0, 1.0
-    low = float(np.min([value - reach for value, reach in shown]))
-    high = float(np.max([value + reach for value, reach in shown]))
-    margin = 0.15 * (high - low) or 0.1 * abs(low) or 1.0
-    return low - margin, high + margin

@@ -8,7 +8,7 @@ import numpy as np
 
 from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.wording import spoken_line
+from edge_ident.diagnosis.wording import spoken_line
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import BoardError

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,8 @@ from edge_ident.errors import GainError
 from edge_ident.model.model import AxisModel
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.support.given import number
-from edge_ident.support.rows import Readable, new_figure
+from edge_ident.support.rows import Drawable
 from edge_ident.support.words import listed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from rich.console import RenderableType
-
-    from edge_ident.support.rows import Table
 
 CONTROL_DELAY_S: Final = 0.0005
 """Time from the encoder latch to the new effort, where no board is there to say it."""
@@ -45,8 +39,11 @@ class OpenLoop:
 
 
 @dataclass(frozen=True, repr=False)
-class GainDesigns(Readable):
+class GainDesigns(Drawable):
     """The gains of a drive.
+
+    `table` has a row for each number of each axis: bandwidth, margins, gains. `plot` draws the open
+    loop of every axis, with its margins.
 
     Attributes
     ----------
@@ -64,34 +61,6 @@ class GainDesigns(Readable):
 
     axes: Mapping[str, GainDesign]
     loops: Mapping[str, OpenLoop]
-
-    def table(self) -> "Table":
-        """One row for each number of each axis: bandwidth, margins, gains.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.report.result_tables import designs_table
-
-        return designs_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.report.answer import designs_view
-
-        return designs_view(self.axes)
-
-    def plot(self) -> "Figure":
-        """Draw the open loop of every axis, with its margins.
-
-        Raises
-        ------
-        DataError
-            matplotlib is not installed.
-        """
-
-        return loop_figure(self)
 
 
 def design_gains(
@@ -172,27 +141,3 @@ def _hardware(drive: Drive, axis: str, control_delay_s: float) -> LoopHardware:
 def _open_loop(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> OpenLoop:
     delayed = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
     return OpenLoop(*open_loop(found.gains, plant_of(axis), delayed))
-
-
-# The designed loops in the frequency domain.
-
-
-def loop_figure(designs: GainDesigns) -> "Figure":
-    """Bode diagram of every opened loop, a column per axis, with its margins in the title."""
-    figure = new_figure(10, 5)
-    grid = figure.subplots(2, len(designs.axes), sharex=True, squeeze=False)
-    for (magnitude, phase), (name, of) in zip(grid.T, designs.axes.items(), strict=True):
-        loop = designs.loops[name]
-        magnitude.loglog(loop.omega_rad_s, np.abs(loop.response))
-        magnitude.axhline(1.0, color="0.5", linewidth=0.8)
-        magnitude.set_title(
-            f"axis {name}: phase margin {of.phase_margin_deg:.0f}°, "
-            f"gain margin {of.gain_margin:.3g}",
-            fontsize=10,
-        )
-        magnitude.set_ylabel("open loop, magnitude")
-        phase.semilogx(loop.omega_rad_s, np.degrees(np.unwrap(np.angle(loop.response))))
-        phase.axhline(-180.0, color="0.5", linewidth=0.8)
-        phase.set_ylabel("phase (°)")
-        phase.set_xlabel("frequency (rad/s)")
-    return figure

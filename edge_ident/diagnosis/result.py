@@ -7,7 +7,7 @@ figures of one table have one denominator.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +25,7 @@ from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.model.motion import NO_SHIFT, Timing
 from edge_ident.signals.metrics import rms
-from edge_ident.support.rows import Readable
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from rich.console import RenderableType
-
-    from edge_ident.support.rows import Table
+from edge_ident.support.rows import Drawable
 
 Array = NDArray[np.float64]
 
@@ -273,8 +267,11 @@ class DataFinding:
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosis(Readable):
+class Diagnosis(Drawable):
     """The diagnosis of all axes.
+
+    `table` has a row for each parameter of each cause. `plot` draws measured and modelled effort of
+    every axis, and the residuals of both models.
 
     Attributes
     ----------
@@ -316,32 +313,3 @@ class Diagnosis(Readable):
     def model(self) -> Model:
         """The extended models of all axes as one model."""
         return Model({name: axis.model for name, axis in self.axes.items()})
-
-    def table(self) -> "Table":
-        """One row for each parameter of each cause.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.diagnosis.present.tables import cause_table
-
-        return cause_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.diagnosis.present.tables import diagnosis_view
-
-        return diagnosis_view(self)
-
-    def plot(self) -> "Figure":
-        """Draw measured and modelled effort of every axis, and the residuals of both models.
-
-        Raises
-        ------
-        DataError
-            matplotlib is not installed.
-        """
-        from edge_ident.diagnosis.present.effort_figure import diagnosis_figure
-
-        return diagnosis_figure(self)

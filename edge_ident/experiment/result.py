@@ -4,17 +4,12 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from edge_ident.experiment.limits import Use
 from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Trajectory
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-
-    from edge_ident.support.rows import Table
 
 
 class Why(StrEnum):
@@ -104,6 +99,8 @@ class AxisUse:
 class MotionPlan(Readable):
     """The motion that separates what a diagnosis cannot tell apart.
 
+    `table` has a row for each pair of explanations.
+
     Attributes
     ----------
     trajectory : Trajectory or None
@@ -140,23 +137,6 @@ class MotionPlan(Readable):
     def inseparable(self) -> tuple[PlannedPair, ...]:
         """Pairs that no motion inside the limits separates."""
         return tuple(pair for pair in self.pairs if not pair.separable)
-
-    def table(self) -> "Table":
-        """One row for each pair of explanations.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.report.result_tables import plan_table
-
-        return plan_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.report.plan_tables import plan_view
-
-        return plan_view(self)
 
 
 # What a designed motion is for, and what it asks of the drive, in sentences.

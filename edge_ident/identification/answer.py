@@ -438,7 +438,7 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[Fin
 
 
 def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
-    from edge_ident.diagnosis.present.wording import findings_sentence
+    from edge_ident.diagnosis.wording import findings_sentence
 
     if not diagnosed.verdict.complete:
         return [

@@ -13,17 +13,13 @@ from edge_ident.identification.adequacy import Adequacy
 from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, effect_names
 from edge_ident.model.motion import Timing
 from edge_ident.signals.metrics import Metric
-from edge_ident.support.rows import Readable
+from edge_ident.support.rows import Drawable
 from edge_ident.support.words import listed, spoken
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from rich.console import RenderableType
-
     from edge_ident.diagnosis.error_budget import ErrorBudget
     from edge_ident.diagnosis.result import AxisDiagnosis
     from edge_ident.identification.friction_curve import FrictionCurve
-    from edge_ident.support.rows import Table
 
 
 class ParameterSource(StrEnum):
@@ -219,8 +215,11 @@ def known_sentence(known: Sequence[str], unknown: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(Readable):
+class Identification(Drawable):
     """What was found out about all axes of a recording.
+
+    `table` has a row for each parameter of each axis, effects included. `plot` draws measured and
+    modelled effort of every axis, and the residual.
 
     Attributes
     ----------
@@ -260,32 +259,3 @@ class Identification(Readable):
     def model(self) -> Model:
         """The identified axes as a model, with the effects that were compensated."""
         return Model({name: axis.model for name, axis in self.axes.items()})
-
-    def table(self) -> "Table":
-        """One row for each parameter of each axis, effects included.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.report.result_tables import identification_table
-
-        return identification_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.report.answer import identification_view
-
-        return identification_view(self)
-
-    def plot(self) -> "Figure":
-        """Draw measured and modelled effort of every axis, and the residual.
-
-        Raises
-        ------
-        DataError
-            matplotlib is not installed.
-        """
-        from edge_ident.report.effort_figure import effort_figure
-
-        return effort_figure(self)

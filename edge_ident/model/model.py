@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Final, NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +23,6 @@ from edge_ident.errors import ModelError
 from edge_ident.model.motion import Motion
 from edge_ident.support.given import check_type
 from edge_ident.support.rows import Readable
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-
-    from edge_ident.support.rows import Table
 
 Array = NDArray[np.float64]
 
@@ -344,6 +339,8 @@ class SourceFile:
 class Model(Readable):
     """All axes of a drive, and where the numbers come from.
 
+    `table` has a row for each parameter of each term.
+
     Attributes
     ----------
     axes : mapping of axis name to AxisModel
@@ -403,24 +400,6 @@ class Model(Readable):
             f"the model describes {', '.join(self.axes)}, not {', '.join(wanted)}",
             "give the model of this drive, or name its axes as the machine does",
         )
-
-    def table(self) -> "Table":
-        """One row for each parameter of each term.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        from edge_ident.model.model_files import model_table
-
-        return model_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        from edge_ident.model.model_files import model_table
-        from edge_ident.support.rows import shown
-
-        return shown(model_table(self), "model")
 
 
 def base_axis(

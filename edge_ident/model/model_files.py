@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Protocol
@@ -28,7 +28,6 @@ from edge_ident.model.model import (
 from edge_ident.support.documents import file_sha256, finite, no_file, read_json, write_json
 from edge_ident.support.given import path as path_of
 from edge_ident.support.given import type_of
-from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.version import VERSION
 from edge_ident.support.words import brief, listed
 
@@ -512,33 +511,3 @@ def _finite(value: object) -> bool:
         return bool(np.all(np.isfinite(np.asarray(value, dtype=np.float64))))
     except (TypeError, ValueError):
         return False
-
-
-# A model as one table: a row for each parameter of each term.
-
-NAMES = ("axis", "effect", "parameter", "value", "std", "unit")
-
-
-def model_table(model: Model) -> Table:
-    """Columns of `NAMES`; a deviation that is not known is None."""
-    rows = (
-        (name, *row)
-        for name, axis in model.axes.items()
-        for term in axis.terms
-        for row in term_rows(term, axis.units)
-    )
-    return table_of(NAMES, rows)
-
-
-def term_rows(term: Term, units: tuple[str, str]) -> Iterator[tuple[Cell, ...]]:
-    """Effect, parameter, value, deviation and unit of each parameter of a term."""
-    for parameter in named(term.effect).parameters:
-        if parameter.name in term.values:
-            std = term.std.get(parameter.name)
-            yield (
-                term.effect,
-                parameter.name,
-                float(term.values[parameter.name]),
-                None if std is None else float(std),
-                unit_of(parameter, *units),
-            )

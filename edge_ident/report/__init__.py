@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.diagnosis.present.document import diagnosis_document
     from edge_ident.report.answer import diagnosis_answer, identification_answer
     from edge_ident.report.comparison_tables import comparison_document
+    from edge_ident.report.diagnosis_documents import diagnosis_document
     from edge_ident.report.documents import (
         gains_document,
         identification_document,
@@ -107,7 +107,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "edge_ident.diagnosis.present.document": "diagnosis_document",
+        "edge_ident.report.diagnosis_documents": "diagnosis_document",
         "edge_ident.report.answer": "diagnosis_answer identification_answer",
         "edge_ident.report.comparison_tables": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",

@@ -3,6 +3,7 @@ miss, what to do next; then tables of its parameters.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -11,15 +12,14 @@ from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.diagnosis.error_budget import budget_lines
-from edge_ident.diagnosis.present.tables import VERDICT_COLOUR, diagnosis_view, finding_lines
-from edge_ident.diagnosis.present.wording import (
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.diagnosis.wording import (
     only_elsewhere,
     percent,
     timing_sentence,
     values,
     verdict_sentence,
 )
-from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
 from edge_ident.estimation.trust import Finding, off_reference
 from edge_ident.identification.result import (
     AxisIdentification,
@@ -29,6 +29,9 @@ from edge_ident.identification.result import (
 )
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, Model
 from edge_ident.model.model_files import values_document
+from edge_ident.report.diagnosis_tables import VERDICT_COLOUR, diagnosis_parts, finding_lines
+from edge_ident.report.effort_figure import effort_figure
+from edge_ident.report.gain_rows import designs_table, gain_rows, loop_figure
 from edge_ident.report.intervals import EFFECTIVE, interval_texts
 from edge_ident.report.next_steps import (
     DESIGN_GAINS,
@@ -39,12 +42,14 @@ from edge_ident.report.next_steps import (
     look_at,
 )
 from edge_ident.report.output import labelled, next_lines
-from edge_ident.report.result_tables import gain_rows
+from edge_ident.report.result_tables import identification_table
+from edge_ident.report.view import ResultView
 from edge_ident.support.console import FittingTable
 from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
 from edge_ident.support.words import listed, spoken, with_deviation
 
 if TYPE_CHECKING:
+    from edge_ident.control.drive_gains import GainDesigns
     from edge_ident.control.gain_design import GainDesign
 
 
@@ -80,7 +85,7 @@ def identification_answer(
         *next_lines(whole_step(step, done) for step in steps),
         parameter_table(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
-    rest = [identification_view(found)] if details else identification_remarks(found)
+    rest = identification_parts(found) if details else identification_remarks(found)
     return Group(*parts, *rest)
 
 
@@ -216,7 +221,7 @@ def diagnosis_answer(
     parts += [*_forbidden(found), *_validated(found)]
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
     parts += [*next_lines(steps or [_NOTHING]), parameter_table(found.model, lines)]
-    return Group(*parts, *([diagnosis_view(found)] if details else _remarks(found)))
+    return Group(*parts, *(diagnosis_parts(found) if details else _remarks(found)))
 
 
 def _verdict(name: str, axis: AxisDiagnosis) -> Text:
@@ -267,7 +272,18 @@ def _remarks(found: Diagnosis) -> Iterator[Text]:
 # An identification and designed gains as tables, by rich.
 
 
-def identification_view(identification: Identification, diagnosis_ms: float | None = None) -> Group:
+def identification_view(found: Identification) -> ResultView:
+    """What is shown of an identification."""
+    return ResultView(
+        partial(identification_table, found),
+        partial(identification_parts, found),
+        partial(effort_figure, found),
+    )
+
+
+def identification_parts(
+    identification: Identification, diagnosis_ms: float | None = None
+) -> Iterator[RenderableType]:
     """One table per axis, whether it is trusted, and the warnings with their next steps.
 
     Parameters
@@ -276,12 +292,13 @@ def identification_view(identification: Identification, diagnosis_ms: float | No
     diagnosis_ms : float, optional
         Of all diagnoses behind it, in ms; by default the time of its own.
     """
-    axes = (part for name, axis in identification.axes.items() for part in _axis(name, axis))
+    for name, axis in identification.axes.items():
+        yield from _axis(name, axis)
     own_ms = identification.timing_ms.get("diagnosis", 0.0)
     said = f"identified in {identification.timing_ms['total'] - own_ms:.0f} ms"
     if spent_ms := own_ms if diagnosis_ms is None else diagnosis_ms:
         said += f", diagnosed in {1e-3 * spent_ms:.1f} s"
-    return Group(*axes, Text(said))
+    yield Text(said)
 
 
 def _axis(name: str, axis: AxisIdentification) -> Iterator[RenderableType]:
@@ -334,7 +351,16 @@ def _value(estimate: Estimate, index: int) -> str:
     return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
 
 
-def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
+def designs_view(designs: "GainDesigns") -> ResultView:
+    """What is shown of designed gains."""
+    return ResultView(
+        partial(designs_table, designs),
+        partial(designs_parts, designs.axes),
+        partial(loop_figure, designs),
+    )
+
+
+def designs_parts(designs: Mapping[str, "GainDesign"]) -> Iterator[RenderableType]:
     """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
     table = FittingTable(title="gains, in N·m, rad and s", title_justify="left")
     table.add_column("")
@@ -342,17 +368,12 @@ def designs_view(designs: Mapping[str, "GainDesign"]) -> Group:
         table.add_column(escape(f"axis {name}"), justify="right")
     for label, cells in _gain_rows(list(designs.values())):
         table.add_row(label, *cells)
-    used = (
-        Text(f"  axis {name}: {used.effect}: {used.sentence}")
-        for name, design in designs.items()
-        for used in design.used
-    )
-    unused = (
-        Text(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
-        for name, design in designs.items()
-        for unused in design.unused
-    )
-    return Group(table, *used, *unused)
+    yield table
+    for name, design in designs.items():
+        yield from (Text(f"  axis {name}: {of.effect}: {of.sentence}") for of in design.used)
+    for name, design in designs.items():
+        for unused in design.unused:
+            yield Text(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
 
 
 def _gain_rows(designs: list["GainDesign"]) -> Iterator[tuple[str, list[str]]]:

@@ -1,27 +1,42 @@
 """A comparison as a table for a person and as a document for scripts."""
 
-from typing import Any
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.console import Group
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
-from edge_ident.model.model import PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.report.documents import finding_document
+from edge_ident.report.figure import new_figure
+from edge_ident.report.view import ResultView
 from edge_ident.support.console import FittingTable
+from edge_ident.support.rows import Cell, Table, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def comparison_view(comparison: Comparison) -> Group:
+def comparison_view(comparison: Comparison) -> ResultView:
+    """What is shown of a comparison."""
+    return ResultView(
+        partial(comparison_table, comparison),
+        partial(_parts, comparison),
+        partial(comparison_figure, comparison),
+    )
+
+
+def _parts(comparison: Comparison) -> Iterator[RenderableType]:
     """One table per axis; below it, why a method gave no answer, and the warnings of others."""
-    parts: list[FittingTable | Text] = []
     for name, axis in comparison.axes.items():
-        parts.append(_table(name, axis))
-        parts += [
-            Text(f"  {', '.join(methods)}: {remark}") for remark, methods in _remarks(axis).items()
-        ]
-    return Group(*parts)
+        yield _table(name, axis)
+        for remark, methods in _remarks(axis).items():
+            yield Text(f"  {', '.join(methods)}: {remark}")
 
 
 def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
@@ -106,3 +121,87 @@ def _method(row: Row, axis: AxisComparison) -> dict[str, Any]:
         "warnings": [finding_document(finding) for finding in row.findings],
         "time_ms": round(row.time_ms, 3),
     }
+
+
+# A table that a data frame takes.
+
+_COMPARED: Final = (
+    "axis", "method", "parameter", "value", "std", "unit", "relative_residual", "time_ms", "reason",
+)  # fmt: skip
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """A row for each parameter of each method; one with a reason where a method has no answer."""
+
+    def rows() -> Iterator[tuple[Cell, ...]]:
+        for name, axis in comparison.axes.items():
+            for row in axis.rows:
+                residual = None if row.metric is None else float(row.metric.relative_residual)
+                rest = residual, row.time_ms, row.reason or None
+                if row.estimate is None:
+                    yield name, row.method, None, None, None, None, *rest
+                    continue
+                for i, parameter in enumerate(PARAMETERS):
+                    value, std = float(row.estimate.parameters[i]), float(row.estimate.std[i])
+                    yield name, row.method, parameter, value, std, axis.units[i], *rest
+
+    return table_of(_COMPARED, rows())
+
+
+# Estimates with their intervals side by side, one panel per parameter.
+
+# Times the best relative residual, above which an estimate does not set a panel's range.
+_FAR: Final = 2.0
+
+
+def comparison_figure(comparison: Comparison) -> "Figure":
+    """Draw every method's estimate of every parameter, a row of panels per axis."""
+    rows = sum(2 + len(axis.rows) for axis in comparison.axes.values())
+    figure = new_figure(12, 0.32 * rows)
+    grid = figure.subplots(len(comparison.axes), len(PARAMETERS), squeeze=False, sharey="row")
+    for panels, (name, axis) in zip(grid, comparison.axes.items(), strict=True):
+        for index, panel in enumerate(panels):
+            _draw_parameter(panel, axis, index)
+        panels[0].set_yticks(
+            range(len(axis.rows)), [row.method.replace("_", " ") for row in axis.rows]
+        )
+        panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
+        panels[0].set_ylabel(f"axis {name}")
+    return figure
+
+
+def _draw_parameter(panel: Any, axis: AxisComparison, index: int) -> None:
+    """Value and 95 % interval of every method; an arrow where the value lies outside."""
+    low, high = _range(axis, index)
+    panel.set_xlim(low, high)
+    panel.set_title(f"{PARAMETERS[index].replace('_', ' ')} ({axis.units[index]})", fontsize=10)
+    panel.locator_params(axis="x", nbins=5)
+    panel.grid(axis="x", alpha=0.3)
+    for line, row in enumerate(axis.rows):
+        if row.estimate is None:
+            panel.text(0.5 * (low + high), line, "no answer", ha="center", va="center", alpha=0.5)
+            continue
+        value, std = float(row.estimate.parameters[index]), float(row.estimate.std[index])
+        if low <= value <= high:
+            panel.errorbar(value, line, xerr=NORMAL_95 * std, fmt="o", color="tab:blue", capsize=3)
+            continue
+        edge, side, arrow = (low, "left", "◀") if value < low else (high, "right", "▶")
+        text = f"{arrow} {value:.3g}" if side == "left" else f"{value:.3g} {arrow}"
+        panel.text(edge, line, text, ha=side, va="center", color="tab:red", fontsize=9)
+
+
+def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
+    """From the lowest to the highest interval of the estimates that describe the effort."""
+    answered = [(row.estimate, row.metric) for row in axis.rows if row.estimate and row.metric]
+    best = min((metric.relative_residual for _, metric in answered), default=0.0)
+    shown = [
+        (estimate.parameters[index], NORMAL_95 * estimate.std[index])
+        for estimate, metric in answered
+        if metric.relative_residual <= _FAR * best
+    ]
+    if not shown:
+        return 0.0, 1.0
+    low = float(np.min([value - reach for value, reach in shown]))
+    high = float(np.max([value + reach for value, reach in shown]))
+    margin = 0.15 * (high - low) or 0.1 * abs(low) or 1.0
+    return low - margin, high + margin

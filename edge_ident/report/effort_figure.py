@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from edge_ident.identification.result import EffortTrace, Identification
-from edge_ident.support.rows import new_figure
+from edge_ident.report.figure import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,9 +11,9 @@ from rich.text import Text
 
 from edge_ident.commissioning.promise import Expected, Forecast, Forecasts, Promise
 from edge_ident.commissioning.verification import GainChange
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.output import labelled, next_lines
 from edge_ident.report.promise_report import commit_document, promise_document, promise_rows, tried
-from edge_ident.report.result_tables import gain_rows
 from edge_ident.support.console import FittingTable
 from edge_ident.support.documents import finite
 from firmware_interface.gains import Bank

@@ -2,18 +2,21 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, astuple, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.drive.motions import motion_document
-from edge_ident.experiment.result import MotionPlan, Why, inseparable_sentence
+from edge_ident.experiment.result import MotionPlan, PlannedPair, Why, inseparable_sentence
 from edge_ident.report.run_motions import uses_document
+from edge_ident.report.view import ResultView
 from edge_ident.support.console import FittingTable, plain_table
+from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
 from firmware_interface.motion import Multisine, Staircase
 
@@ -64,9 +67,9 @@ def plan_next_step(plan: MotionPlan) -> str:
     return "allow the drive more in its description (--drive), or a longer motion (--seconds)"
 
 
-def plan_view(plan: MotionPlan) -> Group:
+def plan_view(plan: MotionPlan) -> ResultView:
     """What is to be separated, the motion of each axis, and what it asks of the drive."""
-    return Group(*_parts(plan))
+    return ResultView(partial(plan_table, plan), partial(_parts, plan))
 
 
 def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
@@ -158,3 +161,17 @@ def _limits_table(plan: MotionPlan) -> FittingTable:
             cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
             table.add_row(escape(name), label, *(f"{value:.3g}" for value in cells))
     return table
+
+
+# The pairs as a table that a data frame takes.
+
+
+def plan_table(plan: MotionPlan) -> Table:
+    """A row for each pair of explanations: how far apart they are before and on the motion."""
+    names = (*(of.name for of in fields(PlannedPair)), "separated")
+    rows = ((*map(_cell, astuple(pair)), pair.separated) for pair in plan.pairs)
+    return table_of(names, rows)
+
+
+def _cell(value: object) -> Cell:
+    return value if value is None or isinstance(value, bool | float) else str(value)

@@ -1,145 +1,99 @@
-"""Results as rows: tables that a data frame takes, and gains as people read them."""
+"""Recordings, and what holds models, as tables that a data frame takes."""
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import astuple, dataclass, fields
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from edge_ident.commissioning.gain_transfer import change_factor
-from edge_ident.model.model import PARAMETERS
-from edge_ident.model.model_files import NAMES as OF_MODELS
-from edge_ident.model.model_files import term_rows
-from edge_ident.support.rows import Cell, Table, table_of
-from firmware_interface.gains import AxisGains, numbers_in_use
+from edge_ident.model.effects import named
+from edge_ident.model.model import Model, Term
+from edge_ident.model.model_files import unit_of
+from edge_ident.report.view import ResultView
+from edge_ident.signals.recording import Recording
+from edge_ident.support.rows import Cell, Table, shown, table_of
 
 if TYPE_CHECKING:
-    from edge_ident.baselines.comparison import Comparison
-    from edge_ident.control.drive_gains import GainDesigns
-    from edge_ident.experiment.result import MotionPlan
     from edge_ident.identification.result import Identification
 
 
-# Gains as people read them: a row for each gain, and one for a whole table or a ripple.
+# A recording: a row for each axis.
 
-_RIPPLE: Final = "ripple_"
-
-
-@dataclass(frozen=True)
-class GainRow:
-    """A gain, a table or a ripple of one or more banks.
-
-    Attributes
-    ----------
-    name : str
-        Field of `AxisGains`; `ripple 1` and so on for a ripple.
-    entries : int
-        Of a table; 0 for anything else.
-    values : tuple of tuple of float
-        Of each bank: one number, the entries of a table, or cosine, sine (N*m), period (rad) and
-        fade speed (rad/s) of a ripple.
-    """
-
-    name: str
-    entries: int
-    values: tuple[tuple[float, ...], ...]
-
-    @property
-    def label(self) -> str:
-        """The name in words, with the number of entries of a table."""
-        words = gain_label(self.name)
-        return f"{words} ({self.entries})" if self.entries else words
-
-    def cells(self, digits: int) -> list[str]:
-        """What each bank holds.
-
-        Parameters
-        ----------
-        digits : int
-            Of a number that stands alone; the ends of a table have two.
-        """
-        return [self._cell(numbers, digits) for numbers in self.values]
-
-    def _cell(self, numbers: tuple[float, ...], digits: int) -> str:
-        if self.entries:
-            ends = dict.fromkeys((f"{min(numbers):.2g}", f"{max(numbers):.2g}"))
-            return " to ".join(ends)
-        if len(numbers) == 1:
-            return f"{numbers[0]:.{digits}g}"
-        amplitude = math.hypot(*numbers[:2])
-        return f"{amplitude:.3g} N·m every {numbers[2]:.4g} rad" if amplitude else ""
-
-    @property
-    def change(self) -> str:
-        """What the second bank changes: a factor, or the difference from zero; empty if nothing.
-
-        Of a table the largest difference of an entry.
-        """
-        if len(self.values) < 2:
-            return ""
-        old, new = (np.array(numbers, np.float32) for numbers in self.values[:2])
-        if np.array_equal(old, new):
-            return ""
-        if self.entries:
-            return f"by up to {np.max(np.abs(new - old)):.2g}"
-        return "changed" if len(old) > 1 else _factor(float(old[0]), float(new[0]))
-
-
-def gain_label(name: str) -> str:
-    """A gain's name in words, its unit in brackets where the name holds it."""
-    for ending, unit in (("_rad_s", "rad/s"), ("_rad", "rad"), ("_s", "s")):
-        if name.endswith(ending):
-            return f"{name.removesuffix(ending).replace('_', ' ')} ({unit})"
-    return name.replace("_", " ")
-
-
-def _factor(old: float, new: float) -> str:
-    factor = change_factor(old, new)
-    if math.isinf(factor):
-        return f"{new - old:+.3g}"
-    return f"× {factor:.3g}" if new > old else f"/ {factor:.3g}"
-
-
-def gain_rows(banks: Sequence[AxisGains]) -> list[GainRow]:
-    """Rows of all that the banks use.
-
-    Parameters
-    ----------
-    banks : sequence of AxisGains
-        Of several axes, or of one axis at several times.
-    """
-    used = {name.partition("[")[0] for name in numbers_in_use(banks)}
-    names = [of.name for of in fields(AxisGains) if of.name in used]
-    rows = [_row(name, banks) for name in names if not name.startswith(_RIPPLE)]
-    ripples = sorted({k for bank in banks for k in bank.ripples})
-    return rows + [GainRow(f"ripple {k + 1}", 0, _ripples(banks, k)) for k in ripples]
-
-
-def _row(name: str, banks: Sequence[AxisGains]) -> GainRow:
-    values = [getattr(bank, name) for bank in banks]
-    if isinstance(values[0], tuple):
-        return GainRow(name, len(values[0]), tuple(values))
-    return GainRow(name, 0, tuple((value,) for value in values))
-
-
-def _ripples(banks: Sequence[AxisGains], k: int) -> tuple[tuple[float, ...], ...]:
-    return tuple(
-        (
-            bank.ripple_cosine[k],
-            bank.ripple_sine[k],
-            bank.ripple_period_rad[k],
-            bank.ripple_fade_speed_rad_s[k],
-        )
-        for bank in banks
-    )
-
-
-# Results as tables that a data frame takes: one row for each number that was found.
-
-_COMPARED: Final = (
-    "axis", "method", "parameter", "value", "std", "unit", "relative_residual", "time_ms", "reason",
+_OF_RECORDINGS = (
+    "axis", "lowest_position", "highest_position", "position_unit", "rms_effort", "peak_effort",
+    "effort_unit", "also",
 )  # fmt: skip
+_ALSO = ("reference", "velocity", "temperature_c")
+
+
+def recording_table(recording: Recording) -> Table:
+    """Columns of `_OF_RECORDINGS`; an axis without a drive has no effort."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, axis in recording.axes.items():
+        also = ", ".join(what for what in _ALSO if getattr(axis, what) is not None)
+        effort = np.asarray(axis.effort, dtype=np.float64)
+        rms, peak = float(np.sqrt(np.mean(effort**2))), float(np.max(np.abs(effort)))
+        rows.append(
+            (name, *_range(axis.position), axis.position_unit, rms, peak, axis.effort_unit, also)
+        )
+    for name, passive in recording.passive.items():
+        ends = _range(passive.position)
+        rows.append((name, *ends, passive.position_unit, None, None, None, "no drive"))
+    return table_of(_OF_RECORDINGS, rows)
+
+
+def length_in_words(recording: Recording) -> str:
+    """Source, samples, duration and rate, in one line."""
+    time_s = recording.time_s
+    duration_s = float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
+    said = f"{recording.source}: {len(time_s)} samples, {duration_s:.4g} s"
+    return said + (f", {(len(time_s) - 1) / duration_s:.4g} Hz" if duration_s > 0.0 else "")
+
+
+def _range(position: np.ndarray) -> tuple[float, float]:
+    return float(np.min(position)), float(np.max(position))
+
+
+def recording_view(recording: Recording) -> ResultView:
+    """What a recording holds."""
+    table = partial(recording_table, recording)
+    return ResultView(table, lambda: [shown(table(), length_in_words(recording))])
+
+
+# Models and what holds some: a row for each parameter of each term.
+
+_OF_TERMS = ("effect", "parameter", "value", "std", "unit")
+
+
+def term_rows(term: Term, units: tuple[str, str]) -> Iterator[tuple[Cell, ...]]:
+    """Cells of `_OF_TERMS` for each parameter of a term; a deviation that is not known is None."""
+    for parameter in named(term.effect).parameters:
+        if parameter.name in term.values:
+            std = term.std.get(parameter.name)
+            yield (
+                term.effect,
+                parameter.name,
+                float(term.values[parameter.name]),
+                None if std is None else float(std),
+                unit_of(parameter, *units),
+            )
+
+
+def model_table(model: Model) -> Table:
+    """A row for each parameter of each term of each axis."""
+    rows = (
+        (name, *row)
+        for name, axis in model.axes.items()
+        for term in axis.terms
+        for row in term_rows(term, axis.units)
+    )
+    return table_of(("axis", *_OF_TERMS), rows)
+
+
+def model_view(model: Model) -> ResultView:
+    """The parameters of a model."""
+    table = partial(model_table, model)
+    return ResultView(table, lambda: [shown(table(), "model")])
 
 
 def identification_table(found: "Identification") -> Table:
@@ -152,58 +106,4 @@ def identification_table(found: "Identification") -> Table:
                 for row, certain in zip(term_rows(term, axis.model.units), known, strict=False):
                     yield name, *row, certain, axis.trusted
 
-    return table_of((*OF_MODELS, "known", "trusted"), rows())
-
-
-def designs_table(designs: "GainDesigns") -> Table:
-    """A row for each number of each axis's design: bandwidth, margins and gains."""
-
-    def rows() -> Iterator[tuple[Cell, ...]]:
-        for name, design in designs.axes.items():
-            yield name, "bandwidth", 0, design.bandwidth_rad_s, "rad/s"
-            yield name, "phase_margin", 0, design.phase_margin_rad, "rad"
-            yield name, "gain_margin", 0, design.gain_margin, "1"
-            for of in fields(design.gains):
-                value = getattr(design.gains, of.name)
-                numbers = value if isinstance(value, tuple) else (value,)
-                for place, entry in enumerate(numbers):
-                    yield name, of.name, place, float(entry), _unit(of.name)
-
-    return table_of(("axis", "quantity", "place", "value", "unit"), rows())
-
-
-def _unit(gain: str) -> str | None:
-    """The unit that a gain's name holds."""
-    label = gain_label(gain)
-    return label.rpartition("(")[2].rstrip(")") if label.endswith(")") else None
-
-
-def comparison_table(comparison: "Comparison") -> Table:
-    """A row for each parameter of each method; one with a reason where a method has no answer."""
-
-    def rows() -> Iterator[tuple[Cell, ...]]:
-        for name, axis in comparison.axes.items():
-            for row in axis.rows:
-                residual = None if row.metric is None else float(row.metric.relative_residual)
-                rest = residual, row.time_ms, row.reason or None
-                if row.estimate is None:
-                    yield name, row.method, None, None, None, None, *rest
-                    continue
-                for i, parameter in enumerate(PARAMETERS):
-                    value, std = float(row.estimate.parameters[i]), float(row.estimate.std[i])
-                    yield name, row.method, parameter, value, std, axis.units[i], *rest
-
-    return table_of(_COMPARED, rows())
-
-
-def plan_table(plan: "MotionPlan") -> Table:
-    """A row for each pair of explanations: how far apart they are before and on the motion."""
-    from edge_ident.experiment.result import PlannedPair
-
-    names = (*(of.name for of in fields(PlannedPair)), "separated")
-    rows = ((*map(_cell, astuple(pair)), pair.separated) for pair in plan.pairs)
-    return table_of(names, rows)
-
-
-def _cell(value: object) -> Cell:
-    return value if value is None or isinstance(value, bool | float) else str(value)
+    return table_of(("axis", *_OF_TERMS, "known", "trusted"), rows())

@@ -10,9 +10,9 @@ from edge_ident.commissioning.rounds import VERIFICATION_FILE
 from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.report.effort_figure import draw_effort
+from edge_ident.report.figure import new_figure
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.support.rows import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,15 +11,15 @@ from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import GainChange, Verification
 from edge_ident.model.model import Model
 from edge_ident.report.answer import (
-    designs_view,
-    identification_view,
+    designs_parts,
+    identification_parts,
     model_lines,
     parameter_table,
     remarks,
 )
 from edge_ident.report.gain_report import promise_view
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.output import labelled, next_lines
-from edge_ident.report.result_tables import gain_rows
 from edge_ident.report.run_documents import run_steps
 from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.support.console import FittingTable
@@ -121,13 +121,13 @@ def _remarks(outcome: Outcome) -> Iterator[RenderableType]:
 
 
 def _details(outcome: Outcome) -> Iterator[RenderableType]:
-    yield identification_view(outcome.identification, outcome.timing_ms.get("diagnosis"))
+    yield from identification_parts(outcome.identification, outcome.timing_ms.get("diagnosis"))
     if outcome.board is not None:
         yield from map(Text, outcome.board.sentences)
     if outcome.separation.ended:
         yield _motions_table(outcome.separation)
     if outcome.designs:
-        yield designs_view(outcome.designs)
+        yield from designs_parts(outcome.designs)
     change: GainChange | None = outcome.change
     if change and change.verification:
         yield _tracking_table(change.verification)

@@ -2,19 +2,21 @@
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.text import Text
 
 from edge_ident.files.opening import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
-from edge_ident.fleet.result import COLUMNS, Survey, SurveyedAxis, SurveyedRecording
+from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
+from edge_ident.model.model import PARAMETERS
 from edge_ident.report.page.card import to_its_std
 from edge_ident.report.survey_wording import (
     by_interest,
@@ -25,10 +27,11 @@ from edge_ident.report.survey_wording import (
     ratio_to_others,
     verdict_words,
 )
+from edge_ident.report.view import ResultView
 from edge_ident.support.console import FittingTable
 from edge_ident.support.documents import atomic_write
 from edge_ident.support.next_step import Done, whole_step
-from edge_ident.support.rows import Cell
+from edge_ident.support.rows import Cell, Table
 from edge_ident.support.words import on_a_line, with_deviation
 
 CSV_FILE: Final = "survey.csv"
@@ -123,9 +126,9 @@ def _defused(cell: Cell) -> Cell:
     return f"'{text}" if text.lstrip().startswith(_FORMULA) else text
 
 
-def survey_view(survey: Survey) -> Group:
+def survey_view(survey: Survey) -> ResultView:
     """What stands out, one table, and the recordings without a result."""
-    return Group(*_parts(survey))
+    return ResultView(partial(survey_table, survey), partial(_parts, survey))
 
 
 def survey_lines(survey: Survey, most: int) -> list[str]:
@@ -205,3 +208,79 @@ def _remark(survey: Survey, unit: str, axis: str, *, trusted: bool) -> str:
         if (one.unit, one.comparison.axis) == (unit, axis)
     ]
     return f"[bold]stands out: {escape(', '.join(quantities))}[/]" if quantities else ""
+
+
+# A survey: a row for each axis of each recording.
+
+# Column of each kind of cause.
+_KINDS: Final = {"supported": "causes", "suspected": "suspected", "minor": "minor"}
+COLUMNS: Final = {
+    "unit": str,
+    "recording": str,
+    "axis": str,
+    "trusted": bool,
+    "verdict": str,
+    "stands_out": str,
+    **{
+        f"{name}{ending}": kind
+        for name in PARAMETERS
+        for ending, kind in (("", float), ("_std", float), ("_unit", str))
+    },
+    "parameters_from": str,
+    "relative_residual": float,
+    **dict.fromkeys(_KINDS.values(), str),
+    "warnings": str,
+    "error_code": str,
+    "error": str,
+    "next_step": str,
+    "duration_s": float,
+    "sha256": str,
+}
+"""Every column with the type of its cells; a cell may be empty."""
+
+
+def survey_table(survey: Survey) -> Table:
+    """One row for each axis of each recording, and one for each recording that failed."""
+    rows = [row for recording in survey.recordings for row in _survey_rows(recording, survey)]
+    return {name: [row.get(name) for row in rows] for name in COLUMNS}
+
+
+def _survey_rows(recording: SurveyedRecording, survey: Survey) -> Iterator[dict[str, Cell]]:
+    common: dict[str, Cell] = {
+        "unit": recording.unit,
+        "recording": recording.file,
+        "duration_s": recording.duration_s,
+        "sha256": recording.sha256,
+    }
+    if recording.failed:
+        failed = recording.failed
+        error = {"error_code": failed.code, "error": failed.cause, "next_step": failed.next_step}
+        yield {**common, **error}
+    for name, axis in recording.axes.items():
+        out = (
+            one.comparison.quantity
+            for one in survey.standing_out
+            if (one.unit, one.comparison.axis) == (recording.unit, name)
+        )
+        yield {**common, "axis": name, "stands_out": _joined(out), **_axis_cells(axis)}
+
+
+def _axis_cells(axis: SurveyedAxis) -> dict[str, Cell]:
+    cells: dict[str, Cell] = {
+        "trusted": axis.trusted,
+        "verdict": axis.verdict,
+        "parameters_from": axis.source,
+        "relative_residual": axis.relative_residual,
+        "warnings": _joined(axis.warnings),
+    }
+    for name, found in axis.parameters.items():
+        cells |= {name: found.value, f"{name}_std": found.std, f"{name}_unit": found.unit}
+    for kind, column in _KINDS.items():
+        cells[column] = _joined(
+            f"{cause.effect} {cause.share:.4g}" for cause in axis.causes if cause.kind == kind
+        )
+    return cells
+
+
+def _joined(parts: Iterable[str]) -> str:
+    return "; ".join(parts)

@@ -2,18 +2,14 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.model.model import inertia_unit
-from edge_ident.support.rows import Cell, Readable, Table, shown, table_of
+from edge_ident.support.rows import Readable
 from edge_ident.support.words import listed
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
 
 Array = NDArray[np.float64]
 
@@ -118,6 +114,8 @@ class PassiveAxis:
 class Recording(Readable):
     """A measured motion.
 
+    `table` has a row for each axis.
+
     Attributes
     ----------
     time_s : (N,) array
@@ -172,20 +170,6 @@ class Recording(Readable):
     def _every(self) -> Mapping[str, AxisRecord | PassiveAxis]:
         return {**self.axes, **self.passive}
 
-    def table(self) -> "Table":
-        """One row for each axis.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-
-        return recording_table(self)
-
-    def __rich__(self) -> "RenderableType":
-        return shown(recording_table(self), length_in_words(self))
-
 
 def driven_in(recordings: Iterable[Recording], names: Collection[str]) -> list[Recording]:
     """Those recordings in which all axes of these names are driven."""
@@ -204,40 +188,3 @@ def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) ->
     if unknown:
         raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
     return [name for name in every if name in (wanted or every)]
-
-
-# What a recording holds, as one table: a row for each axis.
-
-NAMES = (
-    "axis", "lowest_position", "highest_position", "position_unit", "rms_effort", "peak_effort",
-    "effort_unit", "also",
-)  # fmt: skip
-_ALSO = ("reference", "velocity", "temperature_c")
-
-
-def recording_table(recording: Recording) -> Table:
-    """Columns of `NAMES`; an axis without a drive has no effort."""
-    rows: list[tuple[Cell, ...]] = []
-    for name, axis in recording.axes.items():
-        also = ", ".join(what for what in _ALSO if getattr(axis, what) is not None)
-        effort = np.asarray(axis.effort, dtype=np.float64)
-        rms, peak = float(np.sqrt(np.mean(effort**2))), float(np.max(np.abs(effort)))
-        rows.append(
-            (name, *_ends(axis.position), axis.position_unit, rms, peak, axis.effort_unit, also)
-        )
-    for name, passive in recording.passive.items():
-        ends = _ends(passive.position)
-        rows.append((name, *ends, passive.position_unit, None, None, None, "no drive"))
-    return table_of(NAMES, rows)
-
-
-def length_in_words(recording: Recording) -> str:
-    """Source, samples, duration and rate, in one line."""
-    time_s = recording.time_s
-    duration_s = float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
-    said = f"{recording.source}: {len(time_s)} samples, {duration_s:.4g} s"
-    return said + (f", {(len(time_s) - 1) / duration_s:.4g} Hz" if duration_s > 0.0 else "")
-
-
-def _ends(position: np.ndarray) -> tuple[float, float]:
-    return float(np.min(position)), float(np.max(position))

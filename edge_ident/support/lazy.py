@@ -37,3 +37,34 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]"
         return getattr(import_module(where[name]), name)
 
     return attribute
+
+
+_VIEWS: "dict[str, str]" = {}
+
+
+def shown_by(homes: "Mapping[str, str]") -> None:
+    """Say which function makes the view of each class of results.
+
+    Parameters
+    ----------
+    homes : mapping of module to functions
+        Each as Class=function; they are separated by spaces.
+    """
+    for module, functions in homes.items():
+        for name, _, function in (pair.partition("=") for pair in functions.split()):
+            _VIEWS[name] = f"{module}.{function}"
+
+
+def view_of(result: "Any") -> "Any":
+    """The view of a result; its module is loaded for the first one.
+
+    Raises
+    ------
+    LookupError
+        No view is known of its class.
+    """
+    for kind in type(result).__mro__:
+        if kind.__name__ in _VIEWS:
+            module, _, function = _VIEWS[kind.__name__].rpartition(".")
+            return getattr(import_module(module), function)(result)
+    raise LookupError(f"no view of {type(result).__name__}")

@@ -1,10 +1,10 @@
-"""Results as tables and figures: as a data frame takes them, and as a person sees them."""
+"""Results as tables: as a data frame takes them, and as a person sees them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from edge_ident.errors import DataError
+from edge_ident.support.lazy import view_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,21 +44,45 @@ def _text(cell: Cell) -> str:
     return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
-# Results that a terminal and a notebook show as tables.
+# Results that a terminal and a notebook show as tables, and that may draw themselves.
 
 _WIDTH = 100  # characters of a line of text; tables are as wide as they need
 _HTML = '<pre style="white-space:pre;line-height:normal">{code}</pre>'
 
 
-class Readable:
-    """What has `__rich__` also gets text and HTML from it.
+class View(Protocol):
+    """What is to be shown of a result."""
 
-    rich is loaded when something is shown, and not before.
+    def table(self) -> Table:
+        """For a data frame."""
+
+    def shown(self) -> "RenderableType":
+        """For a terminal and a notebook."""
+
+    def figure(self) -> "Figure":
+        """Pictures."""
+
+
+class Readable:
+    """A result that reads as text, as HTML and as a table.
+
+    It is plain data: what is shown of it is its view, for which the public API names a function
+    (`edge_ident.support.lazy.shown_by`). rich is loaded when something is shown, and not before.
     """
+
+    def table(self) -> Table:
+        """The numbers of the result, one row for each.
+
+        Returns
+        -------
+        mapping of column name to list
+            What a data frame takes.
+        """
+        return _view(self).table()
 
     def __rich__(self) -> "RenderableType":
         """The result as rich shows it."""
-        raise NotImplementedError
+        return _view(self).shown()
 
     def __str__(self) -> str:
         lines = self._printed().export_text().splitlines()
@@ -78,30 +102,20 @@ class Readable:
         return console
 
 
-# Empty figures; matplotlib is loaded for the first one.
+class Drawable(Readable):
+    """A result that draws itself, too."""
+
+    def plot(self) -> "Figure":
+        """Draw the result.
+
+        Raises
+        ------
+        DataError
+            matplotlib is not installed.
+        """
+        return _view(self).figure()
 
 
-def new_figure(width_in: float, height_in: float) -> "Figure":
-    """Make an empty figure that belongs to no window; a notebook shows it as it is.
-
-    Raises
-    ------
-    DataError
-        matplotlib is not installed.
-    """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise DataError(
-            "drawing needs matplotlib", "install it with: pip install 'edge-ident[report]'"
-        ) from error
-
-    class ShownFigure(Figure):
-        def _repr_png_(self) -> bytes:
-            from io import BytesIO
-
-            content = BytesIO()
-            self.savefig(content, format="png")
-            return content.getvalue()
-
-    return ShownFigure(figsize=(width_in, height_in), layout="constrained")
+def _view(result: Readable) -> View:
+    made: View = view_of(result)
+    return made

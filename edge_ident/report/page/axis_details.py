@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from markupsafe import Markup
 
+from edge_ident.diagnosis import wording as terms
 from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
-from edge_ident.diagnosis.present import wording as terms
-from edge_ident.diagnosis.present.document import explained_variance
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
+from edge_ident.report.diagnosis_documents import explained_variance
 from edge_ident.report.intervals import EFFECTIVE
 from edge_ident.report.page.card import (
     Row,

@@ -8,8 +8,8 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.wording import only_elsewhere
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.wording import only_elsewhere
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of

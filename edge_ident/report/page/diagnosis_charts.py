@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import Traces
-from edge_ident.diagnosis.present.document import (
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause
+from edge_ident.model.effects import named
+from edge_ident.report.diagnosis_documents import (
     acceleration_at,
     correlation_ratio,
     groups,
     running_time,
 )
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause
-from edge_ident.model.effects import named
 from edge_ident.report.page.card import digits, effort_word, unit_text
 from edge_ident.report.page.chart import PER_BIN, Chart, Layer, Scale, across, around, means
 from edge_ident.signals.metrics import quantile

@@ -9,9 +9,9 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.diagnosis.present import wording
-from edge_ident.diagnosis.present.document import diagnosis_document, explained_variance
+from edge_ident.diagnosis import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.report.diagnosis_documents import diagnosis_document, explained_variance
 from edge_ident.report.page.axis_details import axis_details
 from edge_ident.report.page.card import Card, sentence
 from edge_ident.report.page.chart import Chart

@@ -15,6 +15,7 @@ from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.gain_rows import gain_label
 from edge_ident.report.page.card import (
     PICTURE_HEIGHT,
     Card,
@@ -36,7 +37,6 @@ from edge_ident.report.page.card import (
 from edge_ident.report.page.chart import Chart, Scale
 from edge_ident.report.page.diagnosis_card import distinct, in_words
 from edge_ident.report.promise_report import promise_rows, tried
-from edge_ident.report.result_tables import gain_label
 from edge_ident.report.run_documents import axis_steps
 from edge_ident.report.run_motions import kind, peaks, what_for, what_it_ruled_out, what_it_showed
 from edge_ident.support.words import listed, spoken

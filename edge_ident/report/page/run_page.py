@@ -13,6 +13,7 @@ from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import (
     Row,
     Table,
@@ -35,7 +36,6 @@ from edge_ident.report.page.run_card import (
     promise_table,
     run_card,
 )
-from edge_ident.report.result_tables import gain_rows
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording

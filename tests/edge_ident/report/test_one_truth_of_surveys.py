@@ -10,13 +10,13 @@ import pytest
 from rich.console import Console
 
 import edge_ident
-from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.fleet import analysis
 from edge_ident.fleet.analysis import Options, analyse_recording
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedCause
 from edge_ident.fleet.survey import compare_units
+from edge_ident.report.diagnosis_documents import diagnosis_document
 from edge_ident.report.documents import identification_document
 from edge_ident.report.page.survey_page import write_survey_page
 from edge_ident.report.survey_tables import (

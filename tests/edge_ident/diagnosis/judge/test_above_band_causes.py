@@ -6,7 +6,7 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.judge.above_band_causes import supported_orders
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.wording import verdict_sentence
+from edge_ident.diagnosis.wording import verdict_sentence
 from edge_ident.model.model import Model
 from tests.edge_ident.diagnosis.above_band.test_content import content, recorded
 

@@ -13,9 +13,9 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.present.wording import verdict_sentence
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.wording import verdict_sentence
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.repetitions import a_few

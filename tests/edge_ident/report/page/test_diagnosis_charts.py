@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.document import running_time
-from edge_ident.diagnosis.present.effort_figure import effort_figure
 from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.report.diagnosis_documents import running_time
+from edge_ident.report.diagnosis_figure import effort_figure
 from edge_ident.report.page.diagnosis_charts import (
     cause_chart,
     effort_chart,

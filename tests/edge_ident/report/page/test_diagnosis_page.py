@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.document import diagnosis_document
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
+from edge_ident.report.diagnosis_documents import diagnosis_document
 from edge_ident.report.page.card import digits, sentence
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.diagnosis_charts import _to_and_fro, broken

@@ -1,18 +1,21 @@
 """A diagnosis as tables for a person, by rich."""
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 from typing import Final
 
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from edge_ident.diagnosis import wording
 from edge_ident.diagnosis.error_budget import budget_lines
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present import wording
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import Finding
-from edge_ident.model.model_files import term_rows
+from edge_ident.report.diagnosis_figure import diagnosis_figure
+from edge_ident.report.result_tables import term_rows
+from edge_ident.report.view import ResultView
 from edge_ident.support.console import FittingTable, plain_table
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
@@ -25,14 +28,24 @@ VERDICT_COLOUR: Final = {
 }
 
 
-def diagnosis_view(diagnosis: Diagnosis) -> Group:
+def diagnosis_view(diagnosis: Diagnosis) -> ResultView:
+    """What is shown of a diagnosis."""
+    return ResultView(
+        partial(cause_table, diagnosis),
+        partial(diagnosis_parts, diagnosis),
+        partial(diagnosis_figure, diagnosis),
+    )
+
+
+def diagnosis_parts(diagnosis: Diagnosis) -> Iterator[RenderableType]:
     """Defects of the data, then each axis: verdict, causes, alternatives, and both models."""
     findings = (
         _line(f"[yellow]{finding.code}[/], {escape(f'axis {finding.axis}: {finding.message}')}")
         for finding in diagnosis.data_quality
     )
-    axes = (part for name in diagnosis.axes for part in _axis(name, diagnosis))
-    return Group(*findings, *axes)
+    yield from findings
+    for name in diagnosis.axes:
+        yield from _axis(name, diagnosis)
 
 
 def _axis(name: str, diagnosis: Diagnosis) -> Iterator[RenderableType]:
@@ -109,7 +122,7 @@ def finding_lines(findings: Iterable[Finding]) -> Iterator[Text]:
         yield Text(f"    next: {finding.next_step}")
 
 
-# A diagnosis as one table that a data frame takes: a row for each parameter of each cause.
+# A row for each parameter of each cause, as a data frame takes them.
 
 NAMES = (
     "axis", "verdict", "kind", "effect", "parameter", "value", "std", "unit", "share",
@@ -118,14 +131,16 @@ NAMES = (
 
 
 def cause_table(diagnosis: Diagnosis) -> Table:
-    """Columns of `NAMES`; `kind` is supported, suspected or minor. An axis without a cause has one
-    row with its verdict alone."""
+    """Columns of `NAMES`; `kind` is supported, suspected or minor.
+
+    An axis without a cause has one row with its verdict alone.
+    """
     return table_of(
-        NAMES, (row for name, axis in diagnosis.axes.items() for row in _rows(name, axis))
+        NAMES, (row for name, axis in diagnosis.axes.items() for row in _cause_rows(name, axis))
     )
 
 
-def _rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
+def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
     kinds = {"supported": axis.causes, "suspected": axis.suspected, "minor": axis.minor}
     if not any(kinds.values()):
         yield name, axis.verdict.value, *(None,) * (len(NAMES) - 2)

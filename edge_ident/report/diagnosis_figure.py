@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.present.document import running_time
 from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
-from edge_ident.support.rows import new_figure
+from edge_ident.report.diagnosis_documents import running_time
+from edge_ident.report.figure import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

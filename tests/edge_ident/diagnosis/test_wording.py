@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.present.wording import can_be_planned, timing_sentence, verdict_sentence
 from edge_ident.diagnosis.result import NotTestable
+from edge_ident.diagnosis.wording import can_be_planned, timing_sentence, verdict_sentence
 from edge_ident.model.motion import EVEN_SHIFT, NO_SHIFT, Timing
 from tests.edge_ident.diagnosis import hand_made
 

@@ -1,1 +1,0 @@
-"""Presentation: a diagnosis as sentences, tables, figures and a JSON document."""

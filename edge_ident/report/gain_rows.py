@@ -1,0 +1,178 @@
+"""Gains as people read them: a row for each gain, and one for a whole table or a ripple."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from edge_ident.commissioning.gain_transfer import change_factor
+from edge_ident.control.drive_gains import GainDesigns
+from edge_ident.report.figure import new_figure
+from edge_ident.support.rows import Cell, Table, table_of
+from firmware_interface.gains import AxisGains, numbers_in_use
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_RIPPLE: Final = "ripple_"
+
+
+@dataclass(frozen=True)
+class GainRow:
+    """A gain, a table or a ripple of one or more banks.
+
+    Attributes
+    ----------
+    name : str
+        Field of `AxisGains`; `ripple 1` and so on for a ripple.
+    entries : int
+        Of a table; 0 for anything else.
+    values : tuple of tuple of float
+        Of each bank: one number, the entries of a table, or cosine, sine (N*m), period (rad) and
+        fade speed (rad/s) of a ripple.
+    """
+
+    name: str
+    entries: int
+    values: tuple[tuple[float, ...], ...]
+
+    @property
+    def label(self) -> str:
+        """The name in words, with the number of entries of a table."""
+        words = gain_label(self.name)
+        return f"{words} ({self.entries})" if self.entries else words
+
+    def cells(self, digits: int) -> list[str]:
+        """What each bank holds.
+
+        Parameters
+        ----------
+        digits : int
+            Of a number that stands alone; the ends of a table have two.
+        """
+        return [self._cell(numbers, digits) for numbers in self.values]
+
+    def _cell(self, numbers: tuple[float, ...], digits: int) -> str:
+        if self.entries:
+            ends = dict.fromkeys((f"{min(numbers):.2g}", f"{max(numbers):.2g}"))
+            return " to ".join(ends)
+        if len(numbers) == 1:
+            return f"{numbers[0]:.{digits}g}"
+        amplitude = math.hypot(*numbers[:2])
+        return f"{amplitude:.3g} N·m every {numbers[2]:.4g} rad" if amplitude else ""
+
+    @property
+    def change(self) -> str:
+        """What the second bank changes: a factor, or the difference from zero; empty if nothing.
+
+        Of a table the largest difference of an entry.
+        """
+        if len(self.values) < 2:
+            return ""
+        old, new = (np.array(numbers, np.float32) for numbers in self.values[:2])
+        if np.array_equal(old, new):
+            return ""
+        if self.entries:
+            return f"by up to {np.max(np.abs(new - old)):.2g}"
+        return "changed" if len(old) > 1 else _factor(float(old[0]), float(new[0]))
+
+
+def gain_label(name: str) -> str:
+    """A gain's name in words, its unit in brackets where the name holds it."""
+    for ending, unit in (("_rad_s", "rad/s"), ("_rad", "rad"), ("_s", "s")):
+        if name.endswith(ending):
+            return f"{name.removesuffix(ending).replace('_', ' ')} ({unit})"
+    return name.replace("_", " ")
+
+
+def _factor(old: float, new: float) -> str:
+    factor = change_factor(old, new)
+    if math.isinf(factor):
+        return f"{new - old:+.3g}"
+    return f"× {factor:.3g}" if new > old else f"/ {factor:.3g}"
+
+
+def gain_rows(banks: Sequence[AxisGains]) -> list[GainRow]:
+    """Rows of all that the banks use.
+
+    Parameters
+    ----------
+    banks : sequence of AxisGains
+        Of several axes, or of one axis at several times.
+    """
+    used = {name.partition("[")[0] for name in numbers_in_use(banks)}
+    names = [of.name for of in fields(AxisGains) if of.name in used]
+    rows = [_row(name, banks) for name in names if not name.startswith(_RIPPLE)]
+    ripples = sorted({k for bank in banks for k in bank.ripples})
+    return rows + [GainRow(f"ripple {k + 1}", 0, _ripples(banks, k)) for k in ripples]
+
+
+def _row(name: str, banks: Sequence[AxisGains]) -> GainRow:
+    values = [getattr(bank, name) for bank in banks]
+    if isinstance(values[0], tuple):
+        return GainRow(name, len(values[0]), tuple(values))
+    return GainRow(name, 0, tuple((value,) for value in values))
+
+
+def _ripples(banks: Sequence[AxisGains], k: int) -> tuple[tuple[float, ...], ...]:
+    return tuple(
+        (
+            bank.ripple_cosine[k],
+            bank.ripple_sine[k],
+            bank.ripple_period_rad[k],
+            bank.ripple_fade_speed_rad_s[k],
+        )
+        for bank in banks
+    )
+
+
+# Designs as a table that a data frame takes.
+
+
+def designs_table(designs: GainDesigns) -> Table:
+    """A row for each number of each axis's design: bandwidth, margins and gains."""
+
+    def rows() -> Iterator[tuple[Cell, ...]]:
+        for name, design in designs.axes.items():
+            yield name, "bandwidth", 0, design.bandwidth_rad_s, "rad/s"
+            yield name, "phase_margin", 0, design.phase_margin_rad, "rad"
+            yield name, "gain_margin", 0, design.gain_margin, "1"
+            for of in fields(design.gains):
+                value = getattr(design.gains, of.name)
+                numbers = value if isinstance(value, tuple) else (value,)
+                for place, entry in enumerate(numbers):
+                    yield name, of.name, place, float(entry), _unit(of.name)
+
+    return table_of(("axis", "quantity", "place", "value", "unit"), rows())
+
+
+def _unit(gain: str) -> str | None:
+    """The unit that a gain's name holds."""
+    label = gain_label(gain)
+    return label.rpartition("(")[2].rstrip(")") if label.endswith(")") else None
+
+
+# The designed loops in the frequency domain.
+
+
+def loop_figure(designs: GainDesigns) -> "Figure":
+    """Bode diagram of every opened loop, a column per axis, with its margins in the title."""
+    figure = new_figure(10, 5)
+    grid = figure.subplots(2, len(designs.axes), sharex=True, squeeze=False)
+    for (magnitude, phase), (name, of) in zip(grid.T, designs.axes.items(), strict=True):
+        loop = designs.loops[name]
+        magnitude.loglog(loop.omega_rad_s, np.abs(loop.response))
+        magnitude.axhline(1.0, color="0.5", linewidth=0.8)
+        magnitude.set_title(
+            f"axis {name}: phase margin {of.phase_margin_deg:.0f}°, "
+            f"gain margin {of.gain_margin:.3g}",
+            fontsize=10,
+        )
+        magnitude.set_ylabel("open loop, magnitude")
+        phase.semilogx(loop.omega_rad_s, np.degrees(np.unwrap(np.angle(loop.response))))
+        phase.axhline(-180.0, color="0.5", linewidth=0.8)
+        phase.set_ylabel("phase (°)")
+        phase.set_xlabel("frequency (rad/s)")
+    return figure
