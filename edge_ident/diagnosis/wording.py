@@ -31,6 +31,18 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
     return word + findings_sentence(axis)
 
 
+def diagnosed_sentence(axis: AxisDiagnosis) -> str:
+    """The verdict, what the recordings do not tell from its causes, and what is suspected."""
+    said = [verdict_sentence(axis)]
+    for cause in axis.causes:
+        if others := [spoken(other.effect) for other in cause.inseparable]:
+            this = spoken(cause.term.effect)
+            said.append(f"the recordings do not tell {this} from {listed(others)}")
+    if suspected := [spoken(cause.term.effect) for cause in axis.suspected]:
+        said.append(f"suspected only: {listed(dict.fromkeys(suspected))}")
+    return "; ".join(dict.fromkeys(said))  # two orders of ripple may have the same rivals
+
+
 def findings_sentence(axis: AxisDiagnosis) -> str:
     """What was found of an axis, with its numbers; an unexplained one is not called so again."""
     parts = [_verdict(axis)]

@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.report.answer import diagnosis_answer, identification_answer
     from edge_ident.report.comparison_tables import comparison_document
+    from edge_ident.report.diagnosis import diagnosis_answer
     from edge_ident.report.diagnosis_documents import diagnosis_document
     from edge_ident.report.documents import (
         gains_document,
         identification_document,
         simulation_document,
     )
+    from edge_ident.report.findings import with_next_steps
     from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
+    from edge_ident.report.identification import identification_answer
     from edge_ident.report.import_report import (
         import_document,
         inspection_lines,
@@ -32,8 +34,6 @@ if TYPE_CHECKING:
         registers_document,
         values_text,
     )
-    from edge_ident.report.next_steps import with_next_steps
-    from edge_ident.report.output import save_figure, show
     from edge_ident.report.page.diagnosis_page import write_markdown, write_page
     from edge_ident.report.page.rendering import Provenance
     from edge_ident.report.page.run_page import write_run_page
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view
     from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
+    from edge_ident.report.terminal import save_figure, show
     from edge_ident.support.documents import to_json, write_json
     from edge_ident.support.next_step import Done
 
@@ -108,7 +109,8 @@ __getattr__ = lazy_names(
     __name__,
     {
         "edge_ident.report.diagnosis_documents": "diagnosis_document",
-        "edge_ident.report.answer": "diagnosis_answer identification_answer",
+        "edge_ident.report.diagnosis": "diagnosis_answer",
+        "edge_ident.report.identification": "identification_answer",
         "edge_ident.report.comparison_tables": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",
         "edge_ident.report.gain_report": "GainReport gain_report_document gain_report_view",
@@ -119,8 +121,8 @@ __getattr__ = lazy_names(
             "drive_document fault_documents fault_lines "
             "register_lines registers_document values_text"
         ),
-        "edge_ident.report.next_steps": "with_next_steps",
-        "edge_ident.report.output": "save_figure show",
+        "edge_ident.report.findings": "with_next_steps",
+        "edge_ident.report.terminal": "save_figure show",
         "edge_ident.report.page.diagnosis_page": "write_markdown write_page",
         "edge_ident.report.page.rendering": "Provenance",
         "edge_ident.report.page.run_page": "write_run_page",

@@ -5,17 +5,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import RenderableType
-from rich.markup import escape
-from rich.text import Text
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import NORMAL_95, PARAMETERS
 from edge_ident.report.documents import finding_document
 from edge_ident.report.figure import new_figure
-from edge_ident.report.view import ResultView
-from edge_ident.support.console import FittingTable
+from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
 
 if TYPE_CHECKING:
@@ -31,12 +26,12 @@ def comparison_view(comparison: Comparison) -> ResultView:
     )
 
 
-def _parts(comparison: Comparison) -> Iterator[RenderableType]:
+def _parts(comparison: Comparison) -> Iterator[Part]:
     """One table per axis; below it, why a method gave no answer, and the warnings of others."""
     for name, axis in comparison.axes.items():
         yield _table(name, axis)
         for remark, methods in _remarks(axis).items():
-            yield Text(f"  {', '.join(methods)}: {remark}")
+            yield Line(f"  {', '.join(methods)}: {remark}")
 
 
 def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
@@ -49,23 +44,15 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
     return remarks
 
 
-def _table(name: str, axis: AxisComparison) -> FittingTable:
-    table = FittingTable(
-        title=f"axis {escape(name)}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
-        title_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
+def _table(name: str, axis: AxisComparison) -> Grid:
+    units = zip(PARAMETERS, axis.units, strict=True)
+    headings = [f"{parameter.split('_')[0]}\n{unit}" for parameter, unit in units]
+    return Grid(
+        f"axis {name}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
+        ("method", *headings, "resid.\n%", "fit", "time-\nspectral", "time\nms"),
+        [(row.method.replace("_", "\n", 1).replace("_", " "), *_cells(row)) for row in axis.rows],
+        plain=True,
     )
-    table.add_column("method")
-    for parameter, unit in zip(PARAMETERS, axis.units, strict=True):
-        table.add_column(f"{parameter.split('_')[0]}\n{unit}", justify="right")
-    for heading in ("resid.\n%", "fit", "time-\nspectral", "time\nms"):
-        table.add_column(heading, justify="right")
-    for row in axis.rows:
-        in_two_lines = row.method.replace("_", "\n", 1).replace("_", " ")
-        table.add_row(in_two_lines, *_cells(row))
-    return table
 
 
 def _cells(row: Row) -> list[str]:

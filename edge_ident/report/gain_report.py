@@ -1,20 +1,22 @@
-"""The gains of a board as a document and as tables: active, new, predicted, measured."""
+"""The gains of a board as a document and as tables: active, new, promised, measured."""
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.text import Text
-
-from edge_ident.commissioning.promise import Expected, Forecast, Forecasts, Promise
+from edge_ident.commissioning.promise import (
+    Expected,
+    ExpectedErrors,
+    Forecast,
+    Forecasts,
+    Promise,
+    Promised,
+)
 from edge_ident.commissioning.verification import GainChange
 from edge_ident.report.gain_rows import gain_rows
-from edge_ident.report.output import labelled, next_lines
-from edge_ident.report.promise_report import commit_document, promise_document, promise_rows, tried
-from edge_ident.support.console import FittingTable
+from edge_ident.report.view import Answer, Grid, Line, Part, Row, next_lines
 from edge_ident.support.documents import finite
 from firmware_interface.gains import Bank
 
@@ -95,63 +97,42 @@ def _forecast(forecast: Forecast) -> dict[str, Any]:
         "phase_margin_deg": forecast.phase_margin_deg,
         "gain_margin": finite(forecast.gain_margin),
         "tracking_rms_rad": None if rms is None else finite(rms.middle_rad),
-        "tracking_rms_interval_rad": _ends(rms),
+        "tracking_rms_interval_rad": rms and _ends(rms),
         "tracking_peak_rad": None if peak is None else finite(peak.middle_rad),
-        "tracking_peak_interval_rad": _ends(peak),
+        "tracking_peak_interval_rad": peak and _ends(peak),
     }
 
 
-def _ends(expected: Expected | None) -> list[float | None] | None:
-    return None if expected is None else [finite(expected.low_rad), finite(expected.high_rad)]
+def _ends(expected: Expected) -> list[float | None]:
+    return [finite(expected.low_rad), finite(expected.high_rad)]
 
 
-def gain_report_view(report: GainReport) -> Group:
+def gain_report_view(report: GainReport) -> Answer:
     """What became of the gains, and what to do next; then a table per axis."""
     change = report.change
-    parts: list[RenderableType] = []
+    parts: list[Part] = []
     if change is not None:
-        parts.append(labelled("gains", change.conclusion))
+        parts.append(Line(change.conclusion, "gains", "strong"))
         parts += next_lines([change.next_step] if change.next_step else [])
     if report.unconfirmed_s is not None:
-        parts.append(Text(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
+        parts.append(Line(f"not confirmed: the board rolls back in {report.unconfirmed_s:.0f} s"))
     if report.backup:
-        parts.append(Text(f"backup of the previous gains: {report.backup}"))
+        parts.append(Line(f"backup of the previous gains: {report.backup}"))
     parts += [_table(report, axis) for axis in report.active]
     if change is not None and change.promise:
-        parts.append(promise_view(change.promise))
-    return Group(*parts)
+        parts.append(promise_grid(change.promise))
+    return Answer(tuple(parts))
 
 
-def promise_view(promise: Promise) -> FittingTable:
-    """A row for every axis and motion; nothing is measured where no gains were tried."""
-    title = "tracking error promised, mrad" + ("" if tried(promise) else "; not tried")
-    table = FittingTable(title=title, title_justify="left")
-    headings = ("motion", "axis", "", "now", "after (90 %)", "kept up to", "measured", "kept")
-    shown = len(headings) if tried(promise) else -3
-    for heading in headings[:shown]:
-        table.add_column(heading, justify="right")
-    for *cells, kept in promise_rows(promise):
-        row: tuple[str | Text, ...] = (
-            *map(escape, cells),
-            Text(kept, style="bold red" if kept == "no" else ""),
-        )
-        table.add_row(*row[:shown])
-    return table
-
-
-def _table(report: GainReport, axis: str) -> FittingTable:
-    title = f"board {report.serial_number}, axis {escape(axis)}: gains, in N·m, rad and s"
-    table = FittingTable(title=title, title_justify="left")
-    table.add_column("")
-    for heading in ("active", "new", "change")[: 1 if report.new is None else 3]:
-        table.add_column(heading, justify="right")
-    banks = [report.active[axis]] + ([] if report.new is None else [report.new[axis]])
-    for row in gain_rows(banks):
-        change = [] if report.new is None else [row.change]
-        table.add_row(row.label, *row.cells(4), *change)
+def _table(report: GainReport, axis: str) -> Grid:
+    banks, headings = [report.active[axis]], ["active"]
+    if report.new is not None:
+        banks, headings = [*banks, report.new[axis]], ["active", "new", "change"]
+    rows = [(row.label, *row.cells(4), row.change)[: 1 + len(headings)] for row in gain_rows(banks)]
     for label, shown in _predictions(report, axis):
-        table.add_row(label, *shown)
-    return table
+        rows.append((label, *shown, *[""] * (len(headings) - len(shown))))
+    caption = f"board {report.serial_number}, axis {axis}: gains, in N·m, rad and s"
+    return Grid(caption, ("", *headings), rows)
 
 
 def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
@@ -174,3 +155,109 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
         shown = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
         rows.append(("tracking error, rms, measured (mrad)", shown))
     return rows
+
+
+# What new gains promised, what was measured, and how they came into force.
+
+
+def promise_document(promise: Promise | None) -> dict[str, Any] | None:
+    """By axis and motion: measured now, forecast of both, measured afterwards, kept or not."""
+    if promise is None:
+        return None
+    found: dict[str, Any] = {}
+    for motion, axis, of_axis in promise.every:
+        found.setdefault(axis, {})[motion] = _promised(of_axis, promise.judged)
+    return found
+
+
+def _promised(of_axis: Promised, judged: int) -> dict[str, Any]:
+    then, measured = of_axis.after, of_axis.measured
+    return {
+        "now": {"rms_rad": of_axis.now.rms_rad, "peak_rad": of_axis.now.peak_rad},
+        "now_forecast": _errors(of_axis.now_forecast),
+        "bias": finite(of_axis.bias),
+        "after": {
+            "rms_rad": finite(then.rms.middle_rad),
+            "peak_rad": finite(then.peak.middle_rad),
+        },
+        "interval": {"rms_rad": _ends(then.rms), "peak_rad": _ends(then.peak)},
+        "limit": {
+            "rms_rad": finite(of_axis.rms_limit_rad(judged)),
+            "peak_rad": finite(of_axis.peak_limit_rad(judged)),
+        },
+        "improvement": finite(of_axis.improvement),
+        "tried": measured is not None,
+        "measured": None
+        if measured is None
+        else {"rms_rad": measured.rms_rad, "peak_rad": measured.peak_rad},
+        "kept": of_axis.kept(judged),
+    }
+
+
+def _errors(of: ExpectedErrors) -> dict[str, Any]:
+    return {
+        "rms_rad": finite(of.rms.middle_rad),
+        "rms_interval_rad": _ends(of.rms),
+        "peak_rad": finite(of.peak.middle_rad),
+        "peak_interval_rad": _ends(of.peak),
+    }
+
+
+def commit_document(change: GainChange | None) -> dict[str, Any] | None:
+    """How new gains came into force; None where none were written."""
+    if change is None or change.unchanged or change.dry_run:
+        return None
+    running = change.running
+    return {
+        "running": running is not None and running.taken,
+        "jump_nm": None if running is None else dict(running.jumps_nm),
+        "refused": None if running is None or running.taken else running.result.name,
+    }
+
+
+def tried(promise: Promise) -> bool:
+    """Whether a motion was made with the new gains."""
+    return any(of_axis.measured is not None for *_, of_axis in promise.every)
+
+
+def promise_grid(promise: Promise) -> Grid:
+    """Rms and peak of every axis and motion; nothing is measured where no gains were tried."""
+    headings = ("motion", "axis", "", "now", "after (90 %)", "kept up to", "measured", "kept")
+    rows: list[Row] = [
+        (*cells, Line(kept, tone="bad" if kept == "no" else ""))
+        for *cells, kept in promise_rows(promise)
+    ]
+    caption = "tracking error promised, mrad"
+    if tried(promise):
+        return Grid(caption, headings, rows)
+    return Grid(f"{caption}; not tried", headings[:-3], [row[:-3] for row in rows])
+
+
+def promise_rows(promise: Promise) -> Iterator[tuple[str, ...]]:
+    """Motion, axis, quantity; now, promised, limit, measured (mrad); and whether it was kept."""
+    for motion, axis, of_axis in promise.every:
+        limits_rad = {
+            "rms": of_axis.rms_limit_rad(promise.judged),
+            "peak": of_axis.peak_limit_rad(promise.judged),
+        }
+        for quantity, limit_rad in limits_rad.items():
+            name, tracked = f"{quantity}_rad", of_axis.measured
+            measured_rad = None if tracked is None else getattr(tracked, name)
+            yield (
+                motion,
+                axis,
+                quantity,
+                _mrad(getattr(of_axis.now, name)),
+                _span(getattr(of_axis.after, quantity)),
+                _mrad(limit_rad),
+                "" if measured_rad is None else _mrad(measured_rad),
+                "" if measured_rad is None else "yes" if measured_rad <= limit_rad else "no",
+            )
+
+
+def _span(of: Expected) -> str:
+    return f"{_mrad(of.middle_rad)} ({_mrad(of.low_rad)} to {_mrad(of.high_rad)})"
+
+
+def _mrad(value_rad: float) -> str:
+    return f"{1e3 * value_rad:.3g}"

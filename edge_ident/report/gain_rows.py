@@ -1,15 +1,18 @@
 """Gains as people read them: a row for each gain, and one for a whole table or a ripple."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.control.drive_gains import GainDesigns
+from edge_ident.control.gain_design import GainDesign
 from edge_ident.report.figure import new_figure
+from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
 from firmware_interface.gains import AxisGains, numbers_in_use
 
@@ -128,7 +131,36 @@ def _ripples(banks: Sequence[AxisGains], k: int) -> tuple[tuple[float, ...], ...
     )
 
 
-# Designs as a table that a data frame takes.
+# Designs of all axes of a drive.
+
+
+def designs_view(designs: GainDesigns) -> ResultView:
+    """What is shown of designed gains."""
+    return ResultView(
+        partial(designs_table, designs),
+        partial(designs_parts, designs.axes),
+        partial(loop_figure, designs),
+    )
+
+
+def designs_parts(designs: Mapping[str, GainDesign]) -> Iterator[Part]:
+    """Bandwidth, margins and gains, a column per axis; below, what became of each effect."""
+    rows = _design_rows(list(designs.values()))
+    headings = ("", *(f"axis {name}" for name in designs))
+    yield Grid("gains, in N·m, rad and s", headings, list(rows))
+    for name, design in designs.items():
+        yield from (Line(f"  axis {name}: {of.effect}: {of.sentence}") for of in design.used)
+    for name, design in designs.items():
+        for unused in design.unused:
+            yield Line(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
+
+
+def _design_rows(designs: Sequence[GainDesign]) -> Iterator[tuple[str, ...]]:
+    yield "bandwidth (rad/s)", *(f"{d.bandwidth_rad_s:.4g}" for d in designs)
+    yield "phase margin (°)", *(f"{d.phase_margin_deg:.4g}" for d in designs)
+    yield "gain margin", *(f"{d.gain_margin:.4g}" for d in designs)
+    for row in gain_rows([d.gains for d in designs]):
+        yield row.label, *row.cells(4)
 
 
 def designs_table(designs: GainDesigns) -> Table:

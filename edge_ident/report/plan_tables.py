@@ -7,18 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import RenderableType
-from rich.markup import escape
-from rich.text import Text
-
 from edge_ident.drive.motions import motion_document
 from edge_ident.experiment.result import MotionPlan, PlannedPair, Why, inseparable_sentence
 from edge_ident.report.run_motions import uses_document
-from edge_ident.report.view import ResultView
-from edge_ident.support.console import FittingTable, plain_table
+from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
-from firmware_interface.motion import Multisine, Staircase
+from firmware_interface.motion import Multisine, Staircase, Trajectory
 
 
 def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
@@ -72,20 +67,20 @@ def plan_view(plan: MotionPlan) -> ResultView:
     return ResultView(partial(plan_table, plan), partial(_parts, plan))
 
 
-def _parts(plan: MotionPlan) -> Iterator[RenderableType]:
-    yield Text(conclusion(plan), style="bold")
+def _parts(plan: MotionPlan) -> Iterator[Part]:
+    yield Line(conclusion(plan), tone="strong")
     if plan.pairs:
         yield _pairs_table(plan)
-        yield Text("  distances are in standard deviations of the noise")
+        yield Line("  distances are in standard deviations of the noise")
     for pair in plan.inseparable:
-        yield Text(f"  axis {pair.axis}: {inseparable_sentence(pair)}")
+        yield Line(f"  axis {pair.axis}: {inseparable_sentence(pair)}")
     for left in plan.left_out:
-        yield Text(f"  axis {left.axis}: {spoken(left.effect)} is left out: {left.reason}")
+        yield Line(f"  axis {left.axis}: {spoken(left.effect)} is left out: {left.reason}")
     if plan.trajectory is None:
         return
-    yield _motion_table(plan)
+    yield _motion_table(plan.trajectory)
     yield _limits_table(plan)
-    yield Text(
+    yield Line(
         f"  every limit less {plan.margin:.0%} is kept with the overshoot of the loop; {plan.loops}"
     )
 
@@ -97,34 +92,25 @@ _WHY = {
 }
 
 
-def _pairs_table(plan: MotionPlan) -> FittingTable:
-    table = plain_table()
-    for heading in ("axis", "explanation", "or", "why"):
-        table.add_column(heading)
-    for heading in ("distance on the\nrecordings", "on this\nmotion", "at best", "needed"):
-        table.add_column(heading, justify="right")
-    for pair in plan.pairs:
-        table.add_row(
-            escape(pair.axis),
+def _pairs_table(plan: MotionPlan) -> Grid:
+    distances = "distance on the\nrecordings", "on this\nmotion", "at best", "needed"
+    rows = [
+        (
+            pair.axis,
             spoken(pair.first),
             "no effect" if pair.second is None else spoken(pair.second),
             _WHY[pair.why],
-            f"{pair.before:.1f}",
-            f"{pair.after:.1f}",
-            f"{pair.best:.1f}",
-            f"{pair.needed:.1f}",
+            *(f"{distance:.1f}" for distance in (pair.before, pair.after, pair.best, pair.needed)),
         )
-    return table
+        for pair in plan.pairs
+    ]
+    return Grid("", ("axis", "explanation", "or", "why", *distances), rows, plain=True)
 
 
-def _motion_table(plan: MotionPlan) -> FittingTable:
-    assert plan.trajectory is not None
-    table = plain_table()
-    table.add_column("axis")
-    table.add_column(f"motion, {plan.trajectory.duration_s:.1f} s")
-    for name, motion in plan.trajectory.axes.items():
-        table.add_row(escape(name), "\n".join(_lines(motion)))
-    return table
+def _motion_table(trajectory: Trajectory) -> Grid:
+    headings = "axis", f"motion, {trajectory.duration_s:.1f} s"
+    rows = [(name, "\n".join(_lines(motion))) for name, motion in trajectory.axes.items()]
+    return Grid("", headings, rows, plain=True)
 
 
 def _lines(motion: Multisine | Staircase) -> Iterator[str]:
@@ -142,25 +128,28 @@ def _lines(motion: Multisine | Staircase) -> Iterator[str]:
         )
 
 
-def _limits_table(plan: MotionPlan) -> FittingTable:
-    table = plain_table()
-    table.add_column("axis")
-    table.add_column("peak")
-    for heading in ("as commanded", "with overshoot", "limit"):
-        table.add_column(heading, justify="right")
-    for name, use in plan.axes.items():
-        for label, field in (
-            ("distance from zero, stop included (rad)", "travel_rad"),
-            ("speed (rad/s)", "speed_rad_s"),
-            ("acceleration (rad/s²)", "acceleration_rad_s2"),
-            ("effort (N·m)", "effort_nm"),
-            ("distance from the reference (rad)", "following_rad"),
-        ):
-            if field == "following_rad" and not math.isfinite(use.limit.following_rad):
-                continue
-            cells = (getattr(of, field) for of in (use.reference, use.worst, use.limit))
-            table.add_row(escape(name), label, *(f"{value:.3g}" for value in cells))
-    return table
+_PEAKS = {
+    "travel_rad": "distance from zero, stop included (rad)",
+    "speed_rad_s": "speed (rad/s)",
+    "acceleration_rad_s2": "acceleration (rad/s²)",
+    "effort_nm": "effort (N·m)",
+    "following_rad": "distance from the reference (rad)",
+}
+
+
+def _limits_table(plan: MotionPlan) -> Grid:
+    headings = "axis", "peak", "as commanded", "with overshoot", "limit"
+    rows = [
+        (
+            name,
+            label,
+            *(f"{getattr(of, field):.3g}" for of in (use.reference, use.worst, use.limit)),
+        )
+        for name, use in plan.axes.items()
+        for field, label in _PEAKS.items()
+        if field != "following_rad" or math.isfinite(use.limit.following_rad)
+    ]
+    return Grid("", headings, rows, plain=True)
 
 
 # The pairs as a table that a data frame takes.

@@ -1,4 +1,4 @@
-"""A latency profile as a waterfall of its stages, and as tables by rich."""
+"""A latency profile as a waterfall of its stages, and as tables."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,11 +6,9 @@ from pathlib import Path
 from typing import Final
 
 from markupsafe import Markup
-from rich.console import Group
-from rich.text import Text
 
 from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, Spread, spread
-from edge_ident.support.console import FittingTable
+from edge_ident.report.view import Answer, Grid, Line
 from edge_ident.support.documents import atomic_write
 
 # The stages of a latency profile as a waterfall: each begins where the median of the last ends.
@@ -118,28 +116,26 @@ def _drawn(run: ProfileRun, every: list[Bar], top: int) -> Markup:
     return Markup("").join(parts)
 
 
-# A latency profile as tables, by rich.
+# A latency profile as tables.
 
 
-def profile_view(profile: Profile) -> Group:
+def profile_view(profile: Profile) -> Answer:
     """Percentiles of every stage, a table for each start and precision, and the verdict."""
-    return Group(
-        Text(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
-        *(_stage_table(run) for run in profile.runs),
-        Text(profile.ways),
-        Text(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
+    return Answer(
+        (
+            Line(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
+            *(_stages(run) for run in profile.runs),
+            Line(profile.ways),
+            Line(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
+        )
     )
 
 
-def _stage_table(run: ProfileRun) -> FittingTable:
-    title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"
-    table = FittingTable(title=title, title_justify="left")
-    table.add_column("stage")
-    for heading in ("p50", "p95", "p99", "max"):
-        table.add_column(heading, justify="right")
-    table.add_column("█ p50, ░ p99")
+def _stages(run: ProfileRun) -> Grid:
+    rows = []
     for (stage, times), bar in zip(run.stages_ms.items(), [*bar_texts(run), ""], strict=True):
         of_stage = spread(times)
         values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
-        table.add_row(stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar)
-    return table
+        rows.append((stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar))
+    title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"
+    return Grid(title, ("stage", "p50", "p95", "p99", "max", "█ p50, ░ p99"), rows)

@@ -9,9 +9,9 @@ import numpy as np
 from edge_ident.model.effects import named
 from edge_ident.model.model import Model, Term
 from edge_ident.model.model_files import unit_of
-from edge_ident.report.view import ResultView
+from edge_ident.report.view import ResultView, grid_of
 from edge_ident.signals.recording import Recording
-from edge_ident.support.rows import Cell, Table, shown, table_of
+from edge_ident.support.rows import Cell, Table, table_of
 
 if TYPE_CHECKING:
     from edge_ident.identification.result import Identification
@@ -57,7 +57,7 @@ def _range(position: np.ndarray) -> tuple[float, float]:
 def recording_view(recording: Recording) -> ResultView:
     """What a recording holds."""
     table = partial(recording_table, recording)
-    return ResultView(table, lambda: [shown(table(), length_in_words(recording))])
+    return ResultView(table, lambda: [grid_of(table(), length_in_words(recording))])
 
 
 # Models and what holds some: a row for each parameter of each term.
@@ -93,7 +93,7 @@ def model_table(model: Model) -> Table:
 def model_view(model: Model) -> ResultView:
     """The parameters of a model."""
     table = partial(model_table, model)
-    return ResultView(table, lambda: [shown(table(), "model")])
+    return ResultView(table, lambda: [grid_of(table(), "model")])
 
 
 def identification_table(found: "Identification") -> Table:

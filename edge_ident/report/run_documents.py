@@ -18,8 +18,8 @@ from edge_ident.estimation.network import Network
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import design_document, identification_document
-from edge_ident.report.next_steps import blocking_steps, distinct, look_at
-from edge_ident.report.promise_report import commit_document, promise_document
+from edge_ident.report.findings import blocking_steps, distinct, look_at
+from edge_ident.report.gain_report import commit_document, promise_document
 from edge_ident.report.run_motions import motions_document
 from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION

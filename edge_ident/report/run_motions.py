@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from edge_ident.commissioning.identification_motions import IdentificationMotion
+from edge_ident.commissioning.separation import Separation
 from edge_ident.experiment.result import QUANTITIES, AxisUse, question
 from edge_ident.identification.result import AxisIdentification
+from edge_ident.report.view import Grid
 from edge_ident.support.documents import file_sha256, finite
 from edge_ident.support.words import listed, spoken
 from firmware_interface.motion import Staircase, reference
@@ -123,6 +125,21 @@ def what_it_ruled_out(made: IdentificationMotion) -> str:
     """Possible causes of before that are none any more, in words."""
     gone = {name: list(map(spoken, effects)) for name, effects in (made.ruled_out or {}).items()}
     return _by_axis(gone)
+
+
+def motions_grid(separation: Separation) -> Grid:
+    """How it was found out: a row for each identification motion."""
+    rows = [
+        (
+            f"{made.file}\n{kind(made)}",
+            what_for(made),
+            what_it_showed(made),
+            what_it_ruled_out(made),
+        )
+        for made in separation.motions
+    ]
+    headings = ("motion", "what it was for", "what is known then", "ruled out")
+    return Grid("how it was found out", headings, rows, note=separation.ended)
 
 
 def _by_axis(said: Mapping[str, list[str]]) -> str:

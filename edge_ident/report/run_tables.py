@@ -1,32 +1,23 @@
-"""A run for a person, by rich: the answer, the parameters, the gains; the rest on request."""
+"""A run for a person: the answer, the parameters, the gains; the rest on request."""
 
-from collections.abc import Iterator
-
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.text import Text
+from collections.abc import Iterator, Mapping
 
 from edge_ident.commissioning.run import Outcome
-from edge_ident.commissioning.separation import Separation
-from edge_ident.commissioning.verification import GainChange, Verification
+from edge_ident.commissioning.verification import Verification
 from edge_ident.model.model import Model
-from edge_ident.report.answer import (
-    designs_parts,
-    identification_parts,
-    model_lines,
-    parameter_table,
-    remarks,
-)
-from edge_ident.report.gain_report import promise_view
-from edge_ident.report.gain_rows import gain_rows
-from edge_ident.report.output import labelled, next_lines
+from edge_ident.report.findings import remarks
+from edge_ident.report.gain_report import promise_grid
+from edge_ident.report.gain_rows import designs_parts, gain_rows
+from edge_ident.report.identification import identification_parts, model_lines
+from edge_ident.report.parameters import parameter_grid
 from edge_ident.report.run_documents import run_steps
-from edge_ident.report.run_motions import kind, what_for, what_it_ruled_out, what_it_showed
-from edge_ident.support.console import FittingTable
+from edge_ident.report.run_motions import motions_grid
+from edge_ident.report.view import Answer, Grid, Line, Part, next_lines
 from edge_ident.support.words import listed
+from firmware_interface.gains import AxisGains
 
 
-def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Group:
+def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Answer:
     """Trust, gains, model and next step in a few lines; a table of parameters and one of gains.
 
     Parameters
@@ -37,50 +28,51 @@ def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool =
     details : bool
         Every estimator, motion, gain, forecast and measured error below, and all findings.
     """
-    return Group(*_answer(outcome, device), *(_details if details else _remarks)(outcome))
+    rest = (_details if details else _remarks)(outcome)
+    return Answer((*_answer(outcome, device), *rest))
 
 
-def _answer(outcome: Outcome, device: str | None) -> Iterator[RenderableType]:
+def _answer(outcome: Outcome, device: str | None) -> Iterator[Part]:
     ending = outcome.answer.ending
-    yield labelled(ending.spoken, outcome.conclusion, "bold green" if ending.good else "bold red")
+    yield Line(outcome.conclusion, ending.spoken, "good" if ending.good else "bad")
     yield from _known_lines(outcome)
     yield from model_lines(outcome.identification)
     if outcome.early is not None:
-        yield labelled("motion", outcome.early.sentence)
+        yield Line(outcome.early.sentence, "motion", "strong")
     yield from next_lines(run_steps(outcome, device))
-    yield parameter_table(Model({n: axis.model for n, axis in outcome.answer.axes.items()}))
+    yield parameter_grid(Model({n: axis.model for n, axis in outcome.answer.axes.items()}))
     if outcome.designs:
-        yield _old_and_new(outcome)
+        yield _changes(outcome)
 
 
-def _known_lines(outcome: Outcome) -> Iterator[Text]:
+def _known_lines(outcome: Outcome) -> Iterator[Line]:
     """Whether the parameters are known, which is another question than whether gains are better."""
     if outcome.answer.known_everywhere:
-        yield labelled("known", f"every parameter of {listed(outcome.answer.axes)}")
+        yield Line(f"every parameter of {listed(outcome.answer.axes)}", "known", "strong")
         return
     for name, axis in outcome.answer.axes.items():
-        yield labelled("parameters", f"axis {name}, {axis.sentence}")
+        yield Line(f"axis {name}, {axis.sentence}", "parameters", "strong")
 
 
-def _old_and_new(outcome: Outcome) -> FittingTable:
-    """Tracking error and gains, old and new, of every axis; what no axis changes is left out."""
-    table = FittingTable(title=f"gains, in N·m, rad and s; {_in_force(outcome)}")
-    table.title_justify = "left"
-    table.add_column("")
-    for name in outcome.designs:
-        for when in ("old", "new"):
-            table.add_column(escape(f"{name}, {when}"), justify="right")
-    for label, cells in _tracking_rows(outcome):
-        table.add_row(label, *cells)
+def old_and_new(outcome: Outcome) -> tuple[list[str], list[AxisGains]]:
+    """Gains of every axis, old and new, with their headings."""
+    headings = [f"{name}, {when}" for name in outcome.designs for when in ("old", "new")]
     banks = [
         bank
         for name, design in outcome.designs.items()
         for bank in (outcome.gains_before[name], design.gains)
     ]
+    return headings, banks
+
+
+def _changes(outcome: Outcome) -> Grid:
+    """Tracking error and gains, old and new, of every axis; what no axis changes is left out."""
+    headings, banks = old_and_new(outcome)
+    rows = list(_tracking_rows(outcome))
     for row in gain_rows(banks):
         if row.values[::2] != row.values[1::2]:
-            table.add_row(row.label, *row.cells(4))
-    return table
+            rows.append((row.label, *row.cells(4)))
+    return Grid(f"gains, in N·m, rad and s; {_in_force(outcome)}", ("", *headings), rows)
 
 
 def _in_force(outcome: Outcome) -> str:
@@ -90,7 +82,7 @@ def _in_force(outcome: Outcome) -> str:
     return f"the new ones were {'rolled back' if tried else 'not written'}"
 
 
-def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, list[str]]]:
+def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, ...]]:
     """Rms on the motion of the identification: measured, or forecast where none was measured."""
     change = outcome.change
     if change is None:
@@ -107,10 +99,10 @@ def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, list[str]]]:
         label = "tracking error, rms, forecast (mrad)"
     else:
         return
-    yield label, [f"{1e3 * error:.4g}" for pair in errors_rad for error in pair]
+    yield label, *(f"{1e3 * error:.4g}" for pair in errors_rad for error in pair)
 
 
-def _remarks(outcome: Outcome) -> Iterator[RenderableType]:
+def _remarks(outcome: Outcome) -> Iterator[Part]:
     first = outcome.identification.axes
     yield from remarks(
         {
@@ -120,45 +112,40 @@ def _remarks(outcome: Outcome) -> Iterator[RenderableType]:
     )
 
 
-def _details(outcome: Outcome) -> Iterator[RenderableType]:
+def _details(outcome: Outcome) -> Iterator[Part]:
     yield from identification_parts(outcome.identification, outcome.timing_ms.get("diagnosis"))
     if outcome.board is not None:
-        yield from map(Text, outcome.board.sentences)
+        yield from map(Line, outcome.board.sentences)
     if outcome.separation.ended:
-        yield _motions_table(outcome.separation)
+        yield motions_grid(outcome.separation)
     if outcome.designs:
         yield from designs_parts(outcome.designs)
-    change: GainChange | None = outcome.change
-    if change and change.verification:
-        yield _tracking_table(change.verification)
-    if change and change.promise:
-        yield promise_view(change.promise)
+    if outcome.change and outcome.change.verification:
+        yield tracking_grid(outcome)
+    if outcome.change and outcome.change.promise:
+        yield promise_grid(outcome.change.promise)
 
 
-def _motions_table(separation: Separation) -> FittingTable:
-    """How it was found out."""
-    table = FittingTable(title="how it was found out", title_justify="left")
-    for heading in ("motion", "what it was for", "what is known then", "ruled out"):
-        table.add_column(heading)
-    for made in separation.motions:
-        cells = (what_for(made), what_it_showed(made), what_it_ruled_out(made))
-        table.add_row(*map(escape, (f"{made.file}\n{kind(made)}", *cells)))
-    table.caption, table.caption_justify = separation.ended, "left"
-    return table
-
-
-def _tracking_table(verification: Verification) -> FittingTable:
-    table = FittingTable(title="tracking error, rms", title_justify="left")
-    for heading in ("axis", "before", "after", "smaller by", "no change below"):
-        table.add_column(heading, justify="right")
-    for axis, tracking in verification.axes.items():
-        table.add_row(
-            escape(axis),
-            f"{1e3 * tracking.before_rad:.2f} mrad",
-            f"{1e3 * tracking.after_rad:.2f} mrad",
-            f"{tracking.ratio:.1f}"
-            if tracking.after_rad >= tracking.count_rad
-            else "below a count",
-            f"{1e3 * tracking.repeatability_rad:.2f} mrad",
+def tracking_grid(outcome: Outcome) -> Grid:
+    """How far each axis is from its path on every motion, with the old gains and the new ones."""
+    change = outcome.change
+    verifications: Mapping[str, Verification] = {}
+    if change is not None and change.verification is not None:
+        promise = change.promise
+        first = f", {next(iter(promise.motions))}" if promise and promise.motions else ""
+        others = {f", {motion}": of for motion, of in change.others.items()}
+        verifications = {first: change.verification, **others}
+    rows = [
+        (
+            f"{name}{motion}",
+            f"{1e3 * of.before_rad:.3g} mrad",
+            f"{1e3 * of.after_rad:.3g} mrad",
+            f"{of.ratio:.1f}" if of.after_rad >= of.count_rad else "below a count",
+            f"{1e3 * of.repeatability_rad:.2g} mrad",
+            of.verdict,
         )
-    return table
+        for motion, verification in verifications.items()
+        for name, of in verification.axes.items()
+    ]
+    headings = "axis, motion", "old gains", "new gains", "smaller by", "no change below", "verdict"
+    return Grid("tracking error, rms", headings, rows)

@@ -9,10 +9,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-from rich.console import RenderableType
-from rich.markup import escape
-from rich.text import Text
-
 from edge_ident.files.opening import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
@@ -27,8 +23,7 @@ from edge_ident.report.survey_wording import (
     ratio_to_others,
     verdict_words,
 )
-from edge_ident.report.view import ResultView
-from edge_ident.support.console import FittingTable
+from edge_ident.report.view import Grid, Line, Part, ResultView, Row
 from edge_ident.support.documents import atomic_write
 from edge_ident.support.next_step import Done, whole_step
 from edge_ident.support.rows import Cell, Table
@@ -162,33 +157,32 @@ def survey_lines(survey: Survey, most: int) -> list[str]:
     return [conclusion(survey), *shown, f"every value is in {CSV_FILE}"]
 
 
-def _parts(survey: Survey) -> Iterator[RenderableType]:
-    yield Text(conclusion(survey), style="bold")
+def _parts(survey: Survey) -> Iterator[Part]:
+    yield Line(conclusion(survey), tone="strong")
     for one in survey.standing_out:
-        yield Text(f"  {one.unit}: {difference_words(one)}")
+        yield Line(f"  {one.unit}: {difference_words(one)}")
     if survey.units:
         yield _overview(survey)
     for recording in survey.failed:
         if recording.failed:
-            yield Text.from_markup(f"[red]{escape(recording.file)}[/]: no result")
-            yield Text(f"  {recording.failed.cause}")
-            yield Text(f"  next: {recording.failed.next_step}")
+            yield Line("no result", recording.file, "bad")
+            yield Line(f"  {recording.failed.cause}")
+            yield Line(f"  next: {recording.failed.next_step}")
 
 
-def _overview(survey: Survey) -> FittingTable:
-    table = FittingTable(title_justify="left")
-    for heading in ("unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", "remark"):
-        right = heading in ("inertia", "viscous", "Coulomb", "offset")
-        table.add_column(heading, justify="right" if right else "left")
-    for recording, name, axis in by_interest(survey):
-        table.add_row(
-            escape(recording.unit),
-            escape(name),
+def _overview(survey: Survey) -> Grid:
+    headings = "unit", "axis", "inertia", "viscous", "Coulomb", "offset", "causes", "remark"
+    rows: list[Row] = [
+        (
+            recording.unit,
+            name,
             *(with_std(of.value, of.std) for of in axis.parameters.values()),
             causes_words(axis, "supported") or verdict_words(axis),
             _remark(survey, recording.unit, name, trusted=axis.trusted),
         )
-    return table
+        for recording, name, axis in by_interest(survey)
+    ]
+    return Grid("", headings, rows)
 
 
 def with_std(value: float, std: float | None) -> str:
@@ -198,16 +192,16 @@ def with_std(value: float, std: float | None) -> str:
     return " ± ".join(to_its_std(value, std))
 
 
-def _remark(survey: Survey, unit: str, axis: str, *, trusted: bool) -> str:
+def _remark(survey: Survey, unit: str, axis: str, *, trusted: bool) -> Line:
     """What a reader should look at, in a row of the table."""
     if not trusted:
-        return "[red]not trusted[/]"
+        return Line("not trusted", tone="bad")
     quantities = [
         quantity_words(one.comparison)
         for one in survey.standing_out
         if (one.unit, one.comparison.axis) == (unit, axis)
     ]
-    return f"[bold]stands out: {escape(', '.join(quantities))}[/]" if quantities else ""
+    return Line(f"stands out: {', '.join(quantities)}" if quantities else "", tone="strong")
 
 
 # A survey: a row for each axis of each recording.

@@ -1,14 +1,87 @@
-"""The view of a result: what is to be shown of it. Terminal, notebook and data frame show that."""
+"""The view of a result: what is to be shown of it, as data. Renderers show it in one place each.
 
-from collections.abc import Callable, Iterable
+Lines and tables are rendered by `edge_ident.report.terminal` (a notebook shows the same), by the
+templates of a page, and as Markdown; charts as SVG by themselves, and by
+`edge_ident.report.figure`.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Literal
 
-from edge_ident.support.rows import Table
+from edge_ident.support.rows import Cell
+from edge_ident.support.rows import Table as Columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Group, RenderableType
+    from rich.console import Group
+
+Tone = Literal["", "strong", "good", "doubt", "bad"]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of text.
+
+    Attributes
+    ----------
+    said : str
+    label : str
+        What it is about; empty for none.
+    tone : Tone
+        Of the label; of all of it where there is none.
+    between : str
+        Stands between the label and what is said.
+    """
+
+    said: str
+    label: str = ""
+    tone: Tone = ""
+    between: str = ": "
+
+    def __str__(self) -> str:
+        return f"{self.label}{self.between}{self.said}" if self.label else self.said
+
+
+Row = Sequence[str | Line]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table; the first cell of each row is its heading.
+
+    Attributes
+    ----------
+    caption : str
+        Above it.
+    headings : tuple of str
+    rows : list of sequence of str or Line
+    note : str
+        Below it.
+    plain : bool
+        Whether a terminal draws no lines but one below the headings.
+    """
+
+    caption: str
+    headings: tuple[str, ...]
+    rows: Sequence[Row]
+    note: str = ""
+    plain: bool = False
+
+
+Part = Line | Grid
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Lines and tables, one below the other."""
+
+    parts: tuple[Part, ...]
+
+    def __rich__(self) -> "Group":
+        from edge_ident.report.terminal import rendered
+
+        return rendered(self.parts)
 
 
 @dataclass(frozen=True)
@@ -25,22 +98,40 @@ class ResultView:
         Gives the figure.
     """
 
-    columns: Callable[[], Table]
-    parts: Callable[[], "Iterable[RenderableType]"]
+    columns: Callable[[], Columns]
+    parts: Callable[[], Iterable[Part]]
     drawn: "Callable[[], Figure] | None" = None
 
-    def table(self) -> Table:
+    def table(self) -> Columns:
         """For a data frame."""
         return self.columns()
 
-    def shown(self) -> "Group":
+    def shown(self) -> Answer:
         """For a terminal and a notebook."""
-        from rich.console import Group
-
-        return Group(*self.parts())
+        return Answer(tuple(self.parts()))
 
     def figure(self) -> "Figure":
         """Pictures."""
         if self.drawn is None:
             raise LookupError("there is no picture of this result")
         return self.drawn()
+
+
+_DIGITS: Final = 4
+
+
+def grid_of(columns: Columns, caption: str) -> Grid:
+    """A table for a data frame as one to read: numbers have four digits."""
+    rows = [[_text(cell) for cell in row] for row in zip(*columns.values(), strict=True)]
+    return Grid(caption, tuple(name.replace("_", " ") for name in columns), rows)
+
+
+def _text(cell: Cell) -> str:
+    if cell is None:
+        return "–"
+    return f"{cell:.{_DIGITS}g}" if isinstance(cell, float) else str(cell)
+
+
+def next_lines(steps: Iterable[str]) -> Iterable[Line]:
+    """What to do next, a line for each step."""
+    return (Line(step, "next", "strong") for step in steps)

@@ -1,6 +1,6 @@
 """Results as tables: as a data frame takes them, and as a person sees them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Protocol
 
@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console, RenderableType
 
-    from edge_ident.support.console import FittingTable
 
 Cell = str | float | bool | None
 Table = dict[str, list[Cell]]
@@ -21,27 +20,6 @@ def table_of(names: Sequence[str], rows: Iterable[Sequence[Cell]]) -> Table:
     """Columns of rows, each of which has one cell for every name."""
     every = list(rows)
     return {name: [row[index] for row in every] for index, name in enumerate(names)}
-
-
-def shown(table: Mapping[str, Sequence[Cell]], title: str) -> "FittingTable":
-    """The same as rich shows it, numbers with four digits."""
-    from rich.markup import escape
-
-    from edge_ident.support.console import FittingTable
-
-    view = FittingTable(title=escape(title), title_justify="left")
-    for name, cells in table.items():
-        numbers = any(isinstance(cell, float) for cell in cells)
-        view.add_column(name.replace("_", " "), justify="right" if numbers else "left")
-    for row in zip(*table.values(), strict=True):
-        view.add_row(*(escape(_text(cell)) for cell in row))
-    return view
-
-
-def _text(cell: Cell) -> str:
-    if cell is None:
-        return "–"
-    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
 
 
 # Results that a terminal and a notebook show as tables, and that may draw themselves.

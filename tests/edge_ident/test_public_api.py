@@ -3,7 +3,9 @@
 import ast
 import doctest
 import functools
+import importlib
 import inspect
+import pickle
 import re
 import subprocess
 import sys
@@ -14,6 +16,7 @@ import pytest
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.simulation import simulate as simulation
+from edge_ident.support import lazy, rows
 
 ROOT = Path(__file__).parents[2]
 PROMISED = (
@@ -142,6 +145,21 @@ def test_a_result_reads_well_in_terminal_and_notebook(found: edge_ident.Identifi
     html = found._repr_html_()
     assert html.startswith("<pre")
     assert "kg*m^2" in html
+
+
+def test_every_result_has_its_view(found: edge_ident.Identification) -> None:
+    classes = [
+        of for name in edge_ident.__all__ if isinstance(of := getattr(edge_ident, name), type)
+    ]
+    results = {of.__name__ for of in classes if issubclass(of, rows.Readable)}
+    assert results == set(lazy._VIEWS)
+    for home in lazy._VIEWS.values():
+        module, _, name = home.rpartition(".")
+        assert callable(getattr(importlib.import_module(module), name)), home
+    for result in (found, found.model, edge_ident.simulate()):
+        again = pickle.loads(pickle.dumps(result))
+        assert str(again) == str(result)
+        assert len({len(column) for column in again.table().values()}) == 1
 
 
 def test_what_a_file_names_cannot_become_markup() -> None:

@@ -13,10 +13,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.report.diagnosis_documents import explained_variance
-from edge_ident.report.intervals import EFFECTIVE
 from edge_ident.report.page.card import (
-    Row,
-    Table,
     digits,
     effort_word,
     sentence,
@@ -33,6 +30,8 @@ from edge_ident.report.page.diagnosis_charts import (
     residual_charts,
     spectrum_chart,
 )
+from edge_ident.report.parameters import EFFECTIVE
+from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
 
 # Causes of an axis as a ranked list with bars, with what speaks for and against each.
@@ -167,13 +166,13 @@ class BudgetPicture:
     missed : str
         How much is missed.
     bar : Markup
-    table : Table
+    table : Grid
     charts : list of Chart
     """
 
     missed: str
     bar: Markup
-    table: Table
+    table: Grid
     charts: list[Chart]
 
 
@@ -183,7 +182,7 @@ def budget_picture(key: str, budget: ErrorBudget) -> BudgetPicture:
     return BudgetPicture(
         missed=sentence(budget.sentence),
         bar=_budget_bar(budget),
-        table=Table(
+        table=Grid(
             "Where this error lies (shares add up to 100 %)",
             ("along", "share", "effort, rms", "beyond the simple model"),
             list(budget.rows),
@@ -270,8 +269,8 @@ class AxisDetails:
     detail : Chart or None
         The busiest part of the recording; None where that is half of it or more.
     spectrum : Chart
-    parameters, quality, follows, conditions : Table
-    validation, not_testable : Table or None
+    parameters, quality, follows, conditions : Grid
+    validation, not_testable : Grid or None
     """
 
     key: str
@@ -284,12 +283,12 @@ class AxisDetails:
     time_charts: list[Chart]
     maps: list[tuple[Chart, ...]]
     spectrum: Chart
-    parameters: Table
-    quality: Table
-    follows: Table
-    conditions: Table
-    validation: Table | None
-    not_testable: Table | None
+    parameters: Grid
+    quality: Grid
+    follows: Grid
+    conditions: Grid
+    validation: Grid | None
+    not_testable: Grid | None
 
 
 def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
@@ -339,7 +338,7 @@ def _models(axis: AxisDiagnosis) -> dict[str, ModelFit]:
     return {**simple, "with the causes": axis.extended} if axis.causes else simple
 
 
-def _parameters(axis: AxisDiagnosis) -> Table:
+def _parameters(axis: AxisDiagnosis) -> Grid:
     models = _models(axis)
     columns = [_values(fit, axis.model) for fit in models.values()]
     rows: list[Row] = [
@@ -350,7 +349,7 @@ def _parameters(axis: AxisDiagnosis) -> Table:
     if axis.causes and axis.extended.effective is not None:
         rows += _line_rows(axis.base.estimate, axis.extended.effective, _units(axis.model))
         title += f" ({EFFECTIVE})"
-    return Table(title, ("", *models, "unit"), rows)
+    return Grid(title, ("", *models, "unit"), rows)
 
 
 def _line_rows(base: Estimate, line: Estimate, units: list[str]) -> list[Row]:
@@ -375,7 +374,7 @@ def _units(model: AxisModel) -> list[str]:
     return [unit_text(entry["unit"]) for entry in values_document(model.terms[0], model).values()]
 
 
-def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Table:
+def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Grid:
     labels = {
         "relative residual, fitted": "error on the recording",
         "relative residual, held out": "error on kept-back parts",
@@ -389,23 +388,23 @@ def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Table:
         for label, *cells in terms.before_and_after(axis, validation)
         if not label.startswith(tuple(spoken(name) for name in PARAMETERS))
     ]
-    return Table("How well the models fit", ("", *_models(axis)), rows)
+    return Grid("How well the models fit", ("", *_models(axis)), rows)
 
 
-def _follows(name: str, diagnosis: Diagnosis) -> Table:
+def _follows(name: str, diagnosis: Diagnosis) -> Grid:
     found = explained_variance(name, diagnosis.axes)
     kinds = ("base", "extended")[: len(_models(diagnosis.axes[name]))]
     rows: list[Row] = [
         (spoken(of), *(f"{100 * found[kind][of]:.0f} %" for kind in kinds)) for of in found["base"]
     ]
-    return Table(
+    return Grid(
         "How much of the error follows each quantity (share of its variance)",
         ("", *_models(diagnosis.axes[name])),
         rows,
     )
 
 
-def _conditions(axis: AxisDiagnosis) -> Table:
+def _conditions(axis: AxisDiagnosis) -> Grid:
     timing = axis.timing
     way = "late" if timing.shift_samples >= 0.0 else "early"
     valid = axis.traces.valid
@@ -419,10 +418,10 @@ def _conditions(axis: AxisDiagnosis) -> Table:
          f"{way} ({digits(1e3 * abs(timing.shift_s), 3)} ms); part of both models"),
         ("Samples that count", f"{int(valid.sum())} of {len(valid)}"),
     ]  # fmt: skip
-    return Table("How it was compared", ("", ""), rows)
+    return Grid("How it was compared", ("", ""), rows)
 
 
-def _validation(validation: Validation | None) -> Table | None:
+def _validation(validation: Validation | None) -> Grid | None:
     if validation is None or not validation.causes:
         return None
     verdicts = {True: "yes", False: "no", None: "not asked"}
@@ -437,13 +436,13 @@ def _validation(validation: Validation | None) -> Table | None:
         for cause in validation.causes
     ]
     headings = ("cause", "error without it", "takes away", "carries over", "why")
-    return Table("Each cause on the other recording", headings, rows)
+    return Grid("Each cause on the other recording", headings, rows)
 
 
-def _not_testable(axis: AxisDiagnosis) -> Table | None:
+def _not_testable(axis: AxisDiagnosis) -> Grid | None:
     if not axis.not_testable:
         return None
     rows: list[Row] = [
         (spoken(effect.effect), effect.reason, effect.experiment) for effect in axis.not_testable
     ]
-    return Table("What this motion cannot show", ("effect", "why", "motion that shows it"), rows)
+    return Grid("What this motion cannot show", ("effect", "why", "motion that shows it"), rows)

@@ -8,8 +8,9 @@ from typing import Final, Literal
 
 from markupsafe import Markup, escape
 
-from edge_ident.report.intervals import decimals, interval_texts
 from edge_ident.report.page.chart import Chart
+from edge_ident.report.parameters import decimals, interval_texts
+from edge_ident.report.view import Grid
 from edge_ident.support.words import listed
 
 # Numbers and everyday words of the first screen.
@@ -125,16 +126,6 @@ PICTURE_HEIGHT: Final = 310
 
 Status = Literal["good", "found", "open"]
 """Nothing to do, something found, something that is not understood."""
-Row = tuple[Markup | str, ...]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table with a caption; the first cell of each row is its heading."""
-
-    caption: str
-    headings: tuple[str, ...]
-    rows: list[Row]
 
 
 @dataclass(frozen=True)
@@ -156,7 +147,7 @@ class Card:
     chart : Chart
     written : list of Markup
         What a run changed on the board.
-    table : Table or None
+    table : Grid or None
     """
 
     axis: str
@@ -169,7 +160,7 @@ class Card:
     action: list[Markup]
     chart: Chart
     written: list[Markup] = field(default_factory=list)
-    table: Table | None = None
+    table: Grid | None = None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from edge_ident.diagnosis.wording import only_elsewhere
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of
-from edge_ident.report.next_steps import blocking_steps
+from edge_ident.report.findings import blocking_steps
 from edge_ident.report.page.card import (
     PICTURE_HEIGHT,
     Card,

@@ -15,19 +15,17 @@ from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.gain_report import tried
 from edge_ident.report.gain_rows import gain_label
 from edge_ident.report.page.card import (
     PICTURE_HEIGHT,
     Card,
     IntervalPicture,
     IntervalRow,
-    Row,
-    Table,
     all_of,
     angle,
     digits,
     effort_word,
-    minus,
     number,
     percent,
     sentence,
@@ -36,9 +34,9 @@ from edge_ident.report.page.card import (
 )
 from edge_ident.report.page.chart import Chart, Scale
 from edge_ident.report.page.diagnosis_card import distinct, in_words
-from edge_ident.report.promise_report import promise_rows, tried
 from edge_ident.report.run_documents import axis_steps
-from edge_ident.report.run_motions import kind, peaks, what_for, what_it_ruled_out, what_it_showed
+from edge_ident.report.run_motions import peaks
+from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import listed, spoken
 from firmware_interface.gains import GAIN_FIELDS, OFF
 
@@ -199,7 +197,7 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     ]
 
 
-def _changes(name: str, outcome: Outcome) -> Table | None:
+def _changes(name: str, outcome: Outcome) -> Grid | None:
     """Tracking error and the gains of every board, old and new; gains that stay are left out."""
     cells: dict[str, tuple[Markup, Markup]] = {}
     tracking, design = tracking_of(name, outcome), outcome.designs.get(name)
@@ -224,9 +222,7 @@ def _changes(name: str, outcome: Outcome) -> Table | None:
     before, after = zip(*cells.values(), strict=True)
     last = "new" if outcome.confirmed else "designed"
     rows: list[Row] = [("old", *before), (last, *after)]
-    return Table(
-        f"Old and {last} gains (N·m, rad, s), and how the axis follows", ("", *cells), rows
-    )
+    return Grid(f"Old and {last} gains (N·m, rad, s), and how the axis follows", ("", *cells), rows)
 
 
 # What new gains promised and what was measured, for the page of a run.
@@ -283,19 +279,6 @@ def effects_said(outcome: Outcome) -> list[str]:
     return said
 
 
-def promise_table(promise: Promise) -> Table:
-    """Rms and peak of every axis and motion; nothing is measured where no gains were tried."""
-    promised = "promised (90 % interval)"
-    headings = ("axis, motion", "old gains", promised, "kept up to", "measured", "kept")
-    rows: list[Row] = [
-        (f"{axis}, {motion}, {quantity}", *map(minus, cells))
-        for motion, axis, quantity, *cells in promise_rows(promise)
-    ]
-    if tried(promise):
-        return Table("Tracking error (mrad)", headings, rows)
-    return Table("Tracking error (mrad), not tried", headings[:-3], [row[:-3] for row in rows])
-
-
 def promise_picture(promise: Promise) -> IntervalPicture | None:
     """Rms errors of every axis and motion; None where a forecast has no end."""
     shown = [1e3 * value for *_, of in promise.every for value in _errors(of)]
@@ -336,25 +319,7 @@ def _line(name: str, of: Promised, judged: int, scale: Scale) -> IntervalRow:
     return IntervalRow(name, value, picture, of.rms_kept(judged) is False)
 
 
-# How a run found out what is wrong, for its page: each motion, and what it ruled out.
-
-
-def found_out(separation: Separation) -> Table:
-    """A row for each identification motion."""
-    rows: list[Row] = [
-        (
-            f"{made.file}: {kind(made)}",
-            what_for(made),
-            what_it_showed(made),
-            what_it_ruled_out(made) or "nothing",
-        )
-        for made in separation.motions
-    ]
-    headings = ("motion", "what it was for", "what is known then", "what it ruled out")
-    return Table("Identification motions", headings, rows)
-
-
-def peaks_table(separation: Separation) -> Table:
+def peaks_table(separation: Separation) -> Grid:
     """What each motion asked of each axis: as commanded, and the effort as recorded."""
     headings = ("motion, axis", *(f"{name} ({unit})" for name, _, unit in QUANTITIES))
     rows: list[Row] = [
@@ -362,4 +327,4 @@ def peaks_table(separation: Separation) -> Table:
         for made in separation.motions
         for axis, of in peaks(made).items()
     ]
-    return Table("Peaks: motion as commanded, effort as recorded", headings, rows)
+    return Grid("Peaks: motion as commanded, effort as recorded", headings, rows)

@@ -13,10 +13,9 @@ from edge_ident.commissioning.identification_motions import CAPTURE_FILE
 from edge_ident.commissioning.run import Outcome
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report.gain_report import promise_grid
 from edge_ident.report.gain_rows import gain_rows
 from edge_ident.report.page.card import (
-    Row,
-    Table,
     digits,
     effort_word,
     minus,
@@ -29,13 +28,14 @@ from edge_ident.report.page.diagnosis_charts import reach
 from edge_ident.report.page.rendering import Provenance, write_html
 from edge_ident.report.page.run_card import (
     effects_said,
-    found_out,
     notices,
     peaks_table,
     promise_picture,
-    promise_table,
     run_card,
 )
+from edge_ident.report.run_motions import motions_grid
+from edge_ident.report.run_tables import old_and_new, tracking_grid
+from edge_ident.report.view import Grid, Row
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
@@ -53,7 +53,7 @@ class RunDetails:
     key, name : str
         Unique in the page; the axis.
     warnings : list of str
-    parameters, conditions : Table
+    parameters, conditions : Grid
     charts : list of Chart
     diagnosis : AxisDetails or None
     """
@@ -61,8 +61,8 @@ class RunDetails:
     key: str
     name: str
     warnings: list[str]
-    parameters: Table
-    conditions: Table
+    parameters: Grid
+    conditions: Grid
     charts: list[Chart]
     diagnosis: "AxisDetails | None"
 
@@ -111,15 +111,15 @@ def write_run_page(
         "conclusion": sentence(outcome.conclusion),
         "cards": cards,
         "details": details,
-        "motions": found_out(outcome.separation),
+        "motions": motions_grid(outcome.separation),
         "ended": sentence(outcome.separation.ended) if outcome.separation.ended else "",
         "peaks": peaks_table(outcome.separation),
         "became": _became(outcome),
         "gains": _gains(outcome),
         "effects": effects_said(outcome),
-        "promised": promise and promise_table(promise),
+        "promised": promise and promise_grid(promise),
         "promise_picture": promise and promise_picture(promise),
-        "worth": _worth(outcome),
+        "worth": tracking_grid(outcome) if verified else None,
         "times": _times(outcome),
         "provenance": Provenance.of(recordings, machine=machine),
         "origin": _origin(document),
@@ -155,7 +155,7 @@ def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
             if not answer.settles(f)
         ],
         _parameters(axis, answer.model.estimate),
-        Table("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
+        Grid("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
         identified_charts(key, axis),
         _diagnosis(key, name, axis),
     )
@@ -171,7 +171,7 @@ def _diagnosis(key: str, name: str, axis: AxisIdentification) -> "AxisDetails | 
     return axis_details(f"{key}-d", name, Diagnosis({name: axis.diagnosis}, (), {}))
 
 
-def _parameters(axis: AxisIdentification, best: Estimate) -> Table:
+def _parameters(axis: AxisIdentification, best: Estimate) -> Grid:
     """Those of the answer; where further motions made them, beside those of the first."""
     columns = {f"{axis.source.spoken} (used)": best}
     if not np.array_equal(best.parameters, axis.estimate.parameters):
@@ -188,7 +188,7 @@ def _parameters(axis: AxisIdentification, best: Estimate) -> Table:
         )
         for i, parameter in enumerate(PARAMETERS)
     ]
-    return Table("Parameters, with 95 % intervals", ("", *columns, "unit"), rows)
+    return Grid("Parameters, with 95 % intervals", ("", *columns, "unit"), rows)
 
 
 def _conditions(axis: AxisIdentification) -> list[Row]:
@@ -216,17 +216,12 @@ def _became(outcome: Outcome) -> str:
     return "What was written, and taken back" if tried else "What was designed, and not written"
 
 
-def _gains(outcome: Outcome) -> Table | None:
+def _gains(outcome: Outcome) -> Grid | None:
     """Every number of every axis, old and new."""
     if not outcome.designs:
         return None
-    headings = [f"{name}, {when}" for name in outcome.designs for when in ("old", "new")]
-    gains = [
-        bank
-        for name, design in outcome.designs.items()
-        for bank in (outcome.gains_before[name], design.gains)
-    ]
-    rows: list[Row] = [(row.label, *map(minus, row.cells(5))) for row in gain_rows(gains)]
+    headings, banks = old_and_new(outcome)
+    rows: list[Row] = [(row.label, *map(minus, row.cells(5))) for row in gain_rows(banks)]
     margins = [
         ("bandwidth (rad/s)", "bandwidth_rad_s"),
         ("phase margin (°)", "phase_margin_deg"),
@@ -236,34 +231,14 @@ def _gains(outcome: Outcome) -> Table | None:
     for label, attribute in margins:
         cells = [f"{getattr(d, attribute):.3g}" if n % 2 else "" for n, d in enumerate(designs)]
         rows.append((label, *cells))
-    return Table("All gains (rad, N·m, s)", ("", *headings), rows)
+    return Grid("All gains (rad, N·m, s)", ("", *headings), rows)
 
 
-def _worth(outcome: Outcome) -> Table | None:
-    """How far each axis is from its path, with the old gains and with the new ones."""
-    if outcome.change is None or outcome.change.verification is None:
-        return None
-    promise = outcome.change.promise
-    first = f", {next(iter(promise.motions))}" if promise and promise.motions else ""
-    others = {f", {motion}": of for motion, of in outcome.change.others.items()}
-    motions = {first: outcome.change.verification, **others}
-    rows: list[Row] = [
-        (
-            f"{name}{motion}",
-            *(f"{1e3 * rad:.3g} mrad" for rad in (t.before_rad, t.after_rad)),
-            t.verdict,
-        )
-        for motion, verification in motions.items()
-        for name, t in verification.axes.items()
-    ]
-    return Table("Tracking error, rms", ("axis, motion", "old gains", "new gains", "verdict"), rows)
-
-
-def _times(outcome: Outcome) -> Table:
+def _times(outcome: Outcome) -> Grid:
     rows: list[Row] = [
         (stage.replace("_", " "), f"{ms:.0f} ms") for stage, ms in outcome.timing_ms.items()
     ]
-    return Table("How long it took", ("", ""), rows)
+    return Grid("How long it took", ("", ""), rows)
 
 
 # Charts of a run: tracking error with old and new gains, and the identified model over time.

@@ -15,9 +15,7 @@ from edge_ident.model.model import NORMAL_95
 from edge_ident.report.page.card import (
     IntervalPicture,
     IntervalRow,
-    Row,
     Status,
-    Table,
     digits,
     minus,
     number,
@@ -36,6 +34,7 @@ from edge_ident.report.survey_wording import (
     quantity_words,
     verdict_words,
 )
+from edge_ident.report.view import Grid, Row
 from edge_ident.support.next_step import Done, whole_step
 
 _PARTS: Final = {
@@ -193,7 +192,7 @@ def _pictures(key: str, axis: str, survey: Survey) -> list[IntervalPicture]:
     return [interval_picture(f"{key}-{n}", one) for n, one in enumerate(of_axis)]
 
 
-def _folded(table: Table) -> tuple[Table, Table | None]:
+def _folded(table: Grid) -> tuple[Grid, Grid | None]:
     """The first rows, and the rest, which is folded away."""
     if len(table.rows) <= _ROWS:
         return table, None
@@ -201,7 +200,7 @@ def _folded(table: Table) -> tuple[Table, Table | None]:
     return replace(table, rows=table.rows[:_ROWS]), rest
 
 
-def _table(survey: Survey) -> Table:
+def _table(survey: Survey) -> Grid:
     rows: list[Row] = [
         (
             recording.file,
@@ -218,7 +217,7 @@ def _table(survey: Survey) -> Table:
     headings = (
         "recording", "axis", "verdict", "trusted", "left over", "causes", "suspected", "minor",
     )  # fmt: skip
-    return Table("What each recording says; shares of the rms effort", headings, rows)
+    return Grid("What each recording says; shares of the rms effort", headings, rows)
 
 
 # Values of many units with their intervals, a line each, before what units are like.

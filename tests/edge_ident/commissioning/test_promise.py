@@ -36,8 +36,7 @@ from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis
-from edge_ident.report.gain_report import promise_view
-from edge_ident.report.promise_report import promise_document
+from edge_ident.report.gain_report import promise_document, promise_grid
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads, tracking_errors
@@ -140,7 +139,7 @@ def test_a_promise_is_broken_above_its_limit_and_not_below() -> None:
         document = promise_document(found)["x"]["sinusoid"]  # type: ignore[index]
         assert document["kept"] is kept
         assert document["measured"]["rms_rad"] == measured
-        assert promise_view(found).row_count == 2
+        assert len(promise_grid(found).rows) == 2
 
 
 # ---- the second motion

@@ -13,8 +13,8 @@ from edge_ident.commissioning.verification import GainChange, Tracking, Verifica
 from edge_ident.control.compensation import Unused, Used
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.estimation.trust import Finding
+from edge_ident.report.gain_report import promise_document, promise_rows
 from edge_ident.report.page.run_page import write_run_page
-from edge_ident.report.promise_report import promise_document, promise_rows
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
@@ -95,7 +95,7 @@ def test_a_trial_run_says_what_new_gains_would_be_worth(tmp_path: Path) -> None:
     first = first_screen(page)
     assert "error from the path from 82.4 mrad to 0.600 mrad (rms)" in first
     assert "Run it again without --dry-run" in first
-    assert ["x, sinusoid, rms", "82.4", "0.6 (0.54 to 0.66)"] in tree.rows()
+    assert ["sinusoid", "x", "rms", "82.4", "0.6 (0.54 to 0.66)"] in tree.rows()
     assert "not tried" in "".join(caption.text() for caption in tree.all("caption"))
 
 
@@ -172,7 +172,7 @@ def test_the_page_says_what_was_promised_and_what_was_measured(run: Run) -> None
     tree = with_change(run, promise=promise_of(0.0006, 0.000605))
     part = tree.by_id("worth")
     assert part.text() == "What was promised, and what was measured"
-    row = ["x, multisine, rms", "82.4", "0.6 (0.54 to 0.66)", "0.694", "0.605", "yes"]
+    row = ["multisine", "x", "rms", "82.4", "0.6 (0.54 to 0.66)", "0.694", "0.605", "yes"]
     assert row in tree.rows()
     (picture,) = [f for f in tree.all("figure") if f.attributes.get("id") == "promise"]
     said = [svg.all("title")[0].text() for svg in picture.all("svg")]

@@ -1,15 +1,17 @@
-"""What to do next after an identification.
+"""Findings, and what to do next.
 
 Each step is one line, without a capital letter and without a full stop, as in a finding.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
+from edge_ident.report.view import Line
 from edge_ident.support.next_step import Done, whole_step
+from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from edge_ident.diagnosis.result import Cause, Diagnosis
@@ -77,3 +79,31 @@ def identification_steps(found: Identification) -> list[str]:
 def distinct(steps: Iterable[str]) -> list[str]:
     """Each step once, in their order; empty ones are none."""
     return list(dict.fromkeys(filter(None, steps)))
+
+
+# Findings as lines.
+
+
+def finding_lines(findings: Iterable[Finding]) -> Iterator[Line]:
+    """Each finding with its next step."""
+    for finding in findings:
+        yield Line(finding.message, f"  {finding.code}", "bad" if finding.blocks else "doubt")
+        yield Line(f"    next: {finding.next_step}")
+
+
+def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Line]:
+    """Findings by axis that block nothing and were not said yet, each code once.
+
+    Parameters
+    ----------
+    findings : mapping of axis name to iterable of Finding
+    """
+    seen: dict[str, tuple[Finding, list[str]]] = {}
+    for name, of_axis in findings.items():
+        for finding in of_axis:
+            if not finding.blocks and finding.code not in OF_MODEL:
+                seen.setdefault(finding.code, (finding, []))[1].append(name)
+    for code, (finding, (first, *others)) in seen.items():
+        alike = f"; likewise on {listed(others)}" if others else ""
+        said = f"axis {first}: {finding.message}{alike}. Next: {finding.next_step}"
+        yield Line(said, code, "doubt")

@@ -1,0 +1,209 @@
+"""What is shown of an identification: may it be trusted, what does the model miss, what to do next;
+then tables of its parameters.
+"""
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+
+from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
+from edge_ident.identification.result import (
+    AxisIdentification,
+    Identification,
+    ParameterSource,
+    known_sentence,
+)
+from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report.diagnosis import budget_parts
+from edge_ident.report.effort_figure import effort_figure
+from edge_ident.report.findings import DESIGN_GAINS, finding_lines, identification_steps, remarks
+from edge_ident.report.parameters import parameter_grid
+from edge_ident.report.result_tables import identification_table
+from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, next_lines
+from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
+from edge_ident.support.words import listed, spoken, with_deviation
+
+# The answer of an identification: may it be trusted, what the model misses, what to do next.
+#
+# These few lines come first; one table of parameters and the remarks follow.
+
+
+def identification_answer(
+    found: Identification,
+    done: Done = NOTHING_DONE,
+    *,
+    details: bool = False,
+    without_findings: str = DESIGN_GAINS,
+) -> Answer:
+    """Trust, model and next step in a few lines, then one table of parameters, then remarks.
+
+    Parameters
+    ----------
+    found : Identification
+    done : Done, optional
+        By the command; next steps are whole then.
+    details : bool
+        Every estimator beside the others, with measures, timing and all findings, below.
+    without_findings : str
+        What to do next where no finding asks for anything.
+    """
+    steps = identification_steps(found) or [without_findings]
+    parts: list[Part] = [
+        *trust_lines(found),
+        *model_lines(found),
+        *_budgets(found),
+        *next_lines(whole_step(step, done) for step in steps),
+        parameter_grid(found.model, {name: axis.line for name, axis in found.axes.items()}),
+    ]
+    rest = identification_parts(found) if details else identification_remarks(found)
+    return Answer((*parts, *rest))
+
+
+def _budgets(found: Identification) -> Iterator[Part]:
+    """Where the effort lies that the base model misses, of axes that were diagnosed."""
+    for name, axis in found.axes.items():
+        if axis.budget is not None:
+            yield from budget_parts(axis.budget, f"axis {name}: ")
+
+
+def identification_remarks(found: Identification) -> Iterator[Line]:
+    """What else there is to know of a recording."""
+    return remarks({name: axis.findings for name, axis in found.axes.items()})
+
+
+def trusted_line(names: Iterable[str]) -> Line:
+    """Axes whose parameters may be used."""
+    return Line(f"the parameters of {listed(names)}", "trusted", "good")
+
+
+def distrusted_line(said: str) -> Line:
+    """What may not be used, and why."""
+    return Line(said, "not trusted", "bad")
+
+
+def trust_lines(found: Identification) -> Iterator[Line]:
+    """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
+    axes that are trusted."""
+    for name, axis in found.axes.items():
+        for finding in axis.findings:
+            if finding.blocks:
+                yield distrusted_line(f"axis {name}, {finding.code}: {finding.message}")
+        known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
+        if not axis.trusted and any(known.values()):
+            unknown = [parameter for parameter, sure in known.items() if not sure]
+            sentence = known_sentence([one for one in known if known[one]], unknown)
+            yield Line(sentence, f"axis {name}", "strong")
+    if trusted := [name for name, axis in found.axes.items() if axis.trusted]:
+        yield trusted_line(trusted)
+
+
+def model_lines(found: Identification) -> Iterator[Line]:
+    """What the model misses, a line for each axis; where it is enough, one line for all."""
+    enough: dict[str, list[str]] = {}
+    for name, axis in found.axes.items():
+        if axis.diagnosis is None and axis.adequacy.adequate:
+            enough.setdefault(_enough(axis), []).append(name)
+        else:
+            yield Line(f"axis {name} {model_sentence(axis)}", "model", "strong")
+    for said, names in enough.items():
+        lowest_hz = min(found.axes[name].adequacy.cutoff_hz for name in names)
+        axes = "axis" if len(names) == 1 else "axes"
+        where = f"on {axes} {listed(names)}, compared up to {lowest_hz:.3g} Hz"
+        yield Line(f"{said} {where}", "model", "strong")
+
+
+def _enough(axis: AxisIdentification) -> str:
+    model = ["rigid body", "friction", *map(spoken, axis.compensated_effects)]
+    return f"{listed(model)} are enough"
+
+
+def model_sentence(axis: AxisIdentification) -> str:
+    """What the model of an axis misses; the axis is named before."""
+    if axis.diagnosis is not None:
+        return diagnosed_sentence(axis.diagnosis)
+    if axis.adequacy.adequate:
+        return ""
+    return f"is not diagnosed: {axis.adequacy.reason}"
+
+
+# An identification and designed gains as tables, by rich.
+
+
+def identification_view(found: Identification) -> ResultView:
+    """What is shown of an identification."""
+    return ResultView(
+        partial(identification_table, found),
+        partial(identification_parts, found),
+        partial(effort_figure, found),
+    )
+
+
+def identification_parts(
+    identification: Identification, diagnosis_ms: float | None = None
+) -> Iterator[Part]:
+    """One table per axis, whether it is trusted, and the warnings with their next steps.
+
+    Parameters
+    ----------
+    identification : Identification
+    diagnosis_ms : float, optional
+        Of all diagnoses behind it, in ms; by default the time of its own.
+    """
+    for name, axis in identification.axes.items():
+        yield from _axis(name, axis)
+    own_ms = identification.timing_ms.get("diagnosis", 0.0)
+    said = f"identified in {identification.timing_ms['total'] - own_ms:.0f} ms"
+    if spent_ms := own_ms if diagnosis_ms is None else diagnosis_ms:
+        said += f", diagnosed in {1e-3 * spent_ms:.1f} s"
+    yield Line(said)
+
+
+def _axis(name: str, axis: AxisIdentification) -> Iterator[Part]:
+    yield _estimates(name, axis)
+    blocking = ", ".join(finding.code for finding in axis.findings if finding.blocks)
+    verdict = "trusted" if axis.trusted else f"not trusted: {blocking}"
+    said = f"{axis.source.spoken} used: {axis.reason}"
+    yield Line(said, f"  {verdict}", "good" if axis.trusted else "bad", "; ")
+    yield Line(
+        f"  relative residual {axis.metric.relative_residual:.2%} of all samples, "
+        f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
+    )
+    if not any(finding.message.startswith(axis.adequacy.reason) for finding in axis.findings):
+        yield Line(f"  {axis.adequacy.reason}")
+    yield Line(f"  {timing_sentence(axis.timing)}")
+    if axis.compensated_effects:
+        yield Line(f"  compensated effects: {', '.join(axis.compensated_effects)}")
+    for term in axis.model.terms[1:]:
+        yield Line(f"    {term.effect}: {', '.join(values(term, axis.model))}")
+    if axis.network is None:
+        yield Line(f"  network: {axis.network_reason}")
+    yield from finding_lines(axis.findings)
+
+
+def _estimates(name: str, axis: AxisIdentification) -> Grid:
+    """One column for each estimate, the one that is used first."""
+    columns: dict[ParameterSource, Estimate | None] = {
+        axis.source: axis.estimate,
+        ParameterSource.LEAST_SQUARES: axis.least_squares,
+        ParameterSource.NETWORK: axis.network,
+    }
+    columns[axis.source] = axis.estimate
+    used = f"{axis.source.spoken} (used)"
+    headings = [used, *(source.spoken for source in columns if source is not axis.source)]
+    rows = [
+        (
+            spoken(parameter),
+            *("–" if estimate is None else _value(estimate, i) for estimate in columns.values()),
+            axis.units[i],
+        )
+        for i, parameter in enumerate(PARAMETERS)
+    ]
+    if axis.line is not None:
+        rest = ["–"] * (len(columns) - 1)
+        for i, parameter in enumerate(PARAMETERS[1:], 1):
+            label = f"effective {spoken(parameter)}"
+            rows.append((label, _value(axis.line, i), *rest, axis.units[i]))
+    return Grid(f"axis {name}", ("parameter", *headings, "unit"), rows)
+
+
+def _value(estimate: Estimate, index: int) -> str:
+    return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
