@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from edge_ident.report.page.survey_page import write_survey_page
     from edge_ident.report.plan_tables import plan_document, plan_next_step
     from edge_ident.report.profile_report import profile_view, save_waterfall
+    from edge_ident.report.run_charts import draw_run
     from edge_ident.report.run_documents import (
         capture_document,
         hold_document,
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
         profile_document,
         run_document,
     )
-    from edge_ident.report.run_figure import draw_run
     from edge_ident.report.run_tables import outcome_view
     from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
     from edge_ident.report.terminal import save_figure, show
@@ -132,7 +132,7 @@ __getattr__ = lazy_names(
         "edge_ident.report.run_documents": (
             "capture_document hold_document home_document home_lines profile_document run_document"
         ),
-        "edge_ident.report.run_figure": "draw_run",
+        "edge_ident.report.run_charts": "draw_run",
         "edge_ident.report.run_tables": "outcome_view",
         "edge_ident.report.survey_tables": "survey_document survey_lines write_survey_tables",
         "edge_ident.support.documents": "to_json write_json",

@@ -2,19 +2,18 @@
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
-from edge_ident.model.model import NORMAL_95, PARAMETERS
+from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
+from edge_ident.report.chart import Chart, Layer, Scale, around
 from edge_ident.report.documents import finding_document
-from edge_ident.report.figure import new_figure
+from edge_ident.report.numbers import unit_text
 from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from edge_ident.support.words import spoken
 
 
 def comparison_view(comparison: Comparison) -> ResultView:
@@ -22,7 +21,7 @@ def comparison_view(comparison: Comparison) -> ResultView:
     return ResultView(
         partial(comparison_table, comparison),
         partial(_parts, comparison),
-        partial(comparison_figure, comparison),
+        partial(_charts, comparison),
     )
 
 
@@ -40,7 +39,7 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
     for row in axis.rows:
         remark = row.reason or ", ".join(finding.code for finding in row.findings)
         if remark:
-            remarks.setdefault(remark, []).append(row.method.replace("_", " "))
+            remarks.setdefault(remark, []).append(spoken(row.method))
     return remarks
 
 
@@ -50,7 +49,7 @@ def _table(name: str, axis: AxisComparison) -> Grid:
     return Grid(
         f"axis {name}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
         ("method", *headings, "resid.\n%", "fit", "time-\nspectral", "time\nms"),
-        [(row.method.replace("_", "\n", 1).replace("_", " "), *_cells(row)) for row in axis.rows],
+        [(spoken(row.method).replace(" ", "\n", 1), *_cells(row)) for row in axis.rows],
         plain=True,
     )
 
@@ -135,46 +134,45 @@ def comparison_table(comparison: Comparison) -> Table:
     return table_of(_COMPARED, rows())
 
 
-# Estimates with their intervals side by side, one panel per parameter.
+# Estimates with their intervals side by side, one chart per parameter.
 
-# Times the best relative residual, above which an estimate does not set a panel's range.
+# Times the best relative residual, above which an estimate does not set a chart's range.
 _FAR: Final = 2.0
 
 
-def comparison_figure(comparison: Comparison) -> "Figure":
-    """Draw every method's estimate of every parameter, a row of panels per axis."""
-    rows = sum(2 + len(axis.rows) for axis in comparison.axes.values())
-    figure = new_figure(12, 0.32 * rows)
-    grid = figure.subplots(len(comparison.axes), len(PARAMETERS), squeeze=False, sharey="row")
-    for panels, (name, axis) in zip(grid, comparison.axes.items(), strict=True):
-        for index, panel in enumerate(panels):
-            _draw_parameter(panel, axis, index)
-        panels[0].set_yticks(
-            range(len(axis.rows)), [row.method.replace("_", " ") for row in axis.rows]
-        )
-        panels[0].set_ylim(len(axis.rows) - 0.5, -0.5)
-        panels[0].set_ylabel(f"axis {name}")
-    return figure
+def _charts(comparison: Comparison) -> list[list[Chart]]:
+    """Every method's estimate of every parameter, a row of charts per axis."""
+    return [
+        [_parameter(name, axis, index) for index in range(len(PARAMETERS))]
+        for name, axis in comparison.axes.items()
+    ]
 
 
-def _draw_parameter(panel: Any, axis: AxisComparison, index: int) -> None:
-    """Value and 95 % interval of every method; an arrow where the value lies outside."""
+def _parameter(name: str, axis: AxisComparison, index: int) -> Chart:
+    """Value and 95 % interval of every method; one that lies far out stands at the edge."""
     low, high = _range(axis, index)
-    panel.set_xlim(low, high)
-    panel.set_title(f"{PARAMETERS[index].replace('_', ' ')} ({axis.units[index]})", fontsize=10)
-    panel.locator_params(axis="x", nbins=5)
-    panel.grid(axis="x", alpha=0.3)
-    for line, row in enumerate(axis.rows):
+    layers = []
+    for place, row in enumerate(axis.rows):
         if row.estimate is None:
-            panel.text(0.5 * (low + high), line, "no answer", ha="center", va="center", alpha=0.5)
             continue
-        value, std = float(row.estimate.parameters[index]), float(row.estimate.std[index])
-        if low <= value <= high:
-            panel.errorbar(value, line, xerr=NORMAL_95 * std, fmt="o", color="tab:blue", capsize=3)
-            continue
-        edge, side, arrow = (low, "left", "◀") if value < low else (high, "right", "▶")
-        text = f"{arrow} {value:.3g}" if side == "left" else f"{value:.3g} {arrow}"
-        panel.text(edge, line, text, ha=side, va="center", color="tab:red", fontsize=9)
+        value, reach = _with_reach(row.estimate, index)
+        inside, line = low <= value <= high, np.full(2, float(place))
+        ends = np.array([value - reach, value + reach])
+        layers.append(Layer("line", "extended", ends, line))
+        mark = np.clip([value], low, high)
+        layers.append(Layer("marks", "extended" if inside else "backward", mark, line[:1]))
+    methods = [f"{spoken(r.method)}{'' if r.estimate else ', no answer'}" for r in axis.rows]
+    names = tuple("" if index else method for method in methods)  # once in a row of charts
+    return Chart(
+        "", f"axis {name}", "", (spoken(PARAMETERS[index]), unit_text(axis.units[index])), ("", ""),
+        Scale(low, high), Scale(len(names) - 0.5, -0.5, names=names), tuple(layers),
+        height=40 + 25 * len(names),
+    )  # fmt: skip
+
+
+def _with_reach(estimate: Estimate, index: int) -> tuple[float, float]:
+    """A parameter, and half of its 95 % interval."""
+    return float(estimate.parameters[index]), NORMAL_95 * float(estimate.std[index])
 
 
 def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
@@ -182,13 +180,13 @@ def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
     answered = [(row.estimate, row.metric) for row in axis.rows if row.estimate and row.metric]
     best = min((metric.relative_residual for _, metric in answered), default=0.0)
     shown = [
-        (estimate.parameters[index], NORMAL_95 * estimate.std[index])
+        _with_reach(estimate, index)
         for estimate, metric in answered
         if metric.relative_residual <= _FAR * best
     ]
     if not shown:
         return 0.0, 1.0
-    low = float(np.min([value - reach for value, reach in shown]))
-    high = float(np.max([value + reach for value, reach in shown]))
-    margin = 0.15 * (high - low) or 0.1 * abs(low) or 1.0
-    return low - margin, high + margin
+    scale = around(
+        np.array([end for value, reach in shown for end in (value - reach, value + reach)])
+    )
+    return scale.low, scale.high

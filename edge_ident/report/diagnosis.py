@@ -1,6 +1,7 @@
 """What is shown of a diagnosis: the verdict and what to do next, or all that was found."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -9,9 +10,10 @@ from edge_ident.diagnosis.error_budget import ErrorBudget
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import off_reference
-from edge_ident.report.diagnosis_figure import diagnosis_figure
+from edge_ident.report.chart import Chart, of_axes
 from edge_ident.report.findings import blocking_steps, distinct, finding_lines, look_at, remarks
-from edge_ident.report.parameters import parameter_grid
+from edge_ident.report.numbers import parameter_grid
+from edge_ident.report.page.diagnosis_charts import busiest, effort_chart, residual_chart
 from edge_ident.report.result_tables import term_rows
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Tone, next_lines
 from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
@@ -31,7 +33,7 @@ def diagnosis_view(diagnosis: Diagnosis) -> ResultView:
     return ResultView(
         partial(cause_table, diagnosis),
         partial(diagnosis_parts, diagnosis),
-        partial(diagnosis_figure, diagnosis),
+        partial(_charts, diagnosis),
     )
 
 
@@ -118,15 +120,27 @@ def _remarks(found: Diagnosis) -> Iterator[Line]:
 # All of it: evidence, alternatives, both models, and what could not be tested.
 
 
+def _charts(diagnosis: Diagnosis) -> list[list[Chart]]:
+    """All of the time, and beside it the part that the causes change most; axis below axis."""
+    rows = []
+    for name, axis in diagnosis.axes.items():
+        parts = (slice(None), busiest(axis))
+        for chart in (effort_chart, residual_chart):
+            whole, detail = (chart("", axis, part) for part in parts)
+            rows += [[*of_axes({name: [whole]})[0], replace(detail, title="detail")]]
+    return rows
+
+
 def diagnosis_parts(diagnosis: Diagnosis) -> Iterator[Part]:
     """Defects of the data, then each axis: verdict, causes, alternatives, and both models."""
     for finding in diagnosis.data_quality:
         yield Line(f"axis {finding.axis}: {finding.message}", finding.code, "doubt", ", ")
     for name in diagnosis.axes:
-        yield from _axis(name, diagnosis)
+        yield from axis_parts(name, diagnosis)
 
 
-def _axis(name: str, diagnosis: Diagnosis) -> Iterator[Part]:
+def axis_parts(name: str, diagnosis: Diagnosis) -> Iterator[Part]:
+    """All that was found of an axis."""
     axis = diagnosis.axes[name]
     yield Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
     yield from budget_parts(axis.budget, "  ")

@@ -4,20 +4,17 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from edge_ident.commissioning.gain_transfer import change_factor
 from edge_ident.control.drive_gains import GainDesigns
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.report.figure import new_figure
+from edge_ident.report.chart import Chart, Layer, across, around, of_axes
 from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
 from firmware_interface.gains import AxisGains, numbers_in_use
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _RIPPLE: Final = "ripple_"
 
@@ -139,7 +136,7 @@ def designs_view(designs: GainDesigns) -> ResultView:
     return ResultView(
         partial(designs_table, designs),
         partial(designs_parts, designs.axes),
-        partial(loop_figure, designs),
+        partial(_charts, designs),
     )
 
 
@@ -189,22 +186,26 @@ def _unit(gain: str) -> str | None:
 # The designed loops in the frequency domain.
 
 
-def loop_figure(designs: GainDesigns) -> "Figure":
-    """Bode diagram of every opened loop, a column per axis, with its margins in the title."""
-    figure = new_figure(10, 5)
-    grid = figure.subplots(2, len(designs.axes), sharex=True, squeeze=False)
-    for (magnitude, phase), (name, of) in zip(grid.T, designs.axes.items(), strict=True):
-        loop = designs.loops[name]
-        magnitude.loglog(loop.omega_rad_s, np.abs(loop.response))
-        magnitude.axhline(1.0, color="0.5", linewidth=0.8)
-        magnitude.set_title(
-            f"axis {name}: phase margin {of.phase_margin_deg:.0f}°, "
-            f"gain margin {of.gain_margin:.3g}",
-            fontsize=10,
-        )
-        magnitude.set_ylabel("open loop, magnitude")
-        phase.semilogx(loop.omega_rad_s, np.degrees(np.unwrap(np.angle(loop.response))))
-        phase.axhline(-180.0, color="0.5", linewidth=0.8)
-        phase.set_ylabel("phase (°)")
-        phase.set_xlabel("frequency (rad/s)")
-    return figure
+def _charts(designs: GainDesigns) -> list[list[Chart]]:
+    """The open loop of every axis: magnitude above, phase below."""
+    return of_axes({name: _loop_charts(name, designs) for name in designs.axes})
+
+
+def _loop_charts(name: str, designs: GainDesigns) -> tuple[Chart, Chart]:
+    design, loop = designs.axes[name], designs.loops[name]
+    omega, magnitude = loop.omega_rad_s, np.abs(loop.response)
+    phase = np.degrees(np.unwrap(np.angle(loop.response)))
+    x, y = across(omega, "log"), across(magnitude, "log")
+    across_it, ends = ("frequency", "rad/s"), np.array([x.low, x.high])
+    one, half_turn = (Layer("line", "edge", ends, np.full(2, at)) for at in (1.0, -180.0))
+    margins = (
+        f"phase margin {design.phase_margin_deg:.0f}°",
+        f"gain margin {design.gain_margin:.3g}",
+    )
+    curves = (Layer("line", "extended", omega, of) for of in (magnitude, phase))
+    return (
+        Chart("", ", ".join(margins), "", across_it, ("open loop, magnitude", ""), x, y,
+              (one, next(curves))),
+        Chart("", "", "", across_it, ("phase", "°"), x, around(np.append(phase, -180.0)),
+              (half_turn, next(curves))),
+    )  # fmt: skip

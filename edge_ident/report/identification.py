@@ -4,6 +4,10 @@ then tables of its parameters.
 
 from collections.abc import Iterable, Iterator
 from functools import partial
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
 from edge_ident.identification.result import (
@@ -13,12 +17,13 @@ from edge_ident.identification.result import (
     known_sentence,
 )
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
 from edge_ident.report.diagnosis import budget_parts
-from edge_ident.report.effort_figure import effort_figure
 from edge_ident.report.findings import DESIGN_GAINS, finding_lines, identification_steps, remarks
-from edge_ident.report.parameters import parameter_grid
+from edge_ident.report.numbers import digits, effort_word, parameter_grid, unit_text
 from edge_ident.report.result_tables import identification_table
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, next_lines
+from edge_ident.signals.metrics import quantile
 from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
 from edge_ident.support.words import listed, spoken, with_deviation
 
@@ -133,7 +138,7 @@ def identification_view(found: Identification) -> ResultView:
     return ResultView(
         partial(identification_table, found),
         partial(identification_parts, found),
-        partial(effort_figure, found),
+        partial(_charts, found),
     )
 
 
@@ -207,3 +212,52 @@ def _estimates(name: str, axis: AxisIdentification) -> Grid:
 
 def _value(estimate: Estimate, index: int) -> str:
     return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
+
+
+# The identified model over time.
+
+_GAP: Final = 1.5  # sampling periods from which a line is broken: the axis stood still there
+
+
+def _charts(found: Identification) -> list[list[Chart]]:
+    return of_axes({name: identified_charts("", axis) for name, axis in found.axes.items()})
+
+
+def identified_charts(key: str, axis: AxisIdentification) -> list[Chart]:
+    """Measured effort with the identified model, and the difference."""
+    trace, unit = axis.trace, axis.units[3]
+    word, gaps = effort_word(unit), np.append(False, _gaps(trace.time_s))
+    measured = np.where(gaps, np.nan, trace.measured)
+    residual = measured - trace.modelled
+    height = reach(residual)
+    missed = f"The model misses {digits(100 * axis.metric.relative_residual, 2)} % of it (rms)."
+    scale = across(trace.time_s)
+    effort = (
+        Layer("line", "measured", trace.time_s, measured, "measured"),
+        Layer(
+            "line",
+            "extended",
+            trace.time_s,
+            np.where(gaps, np.nan, trace.modelled),
+            "identified model",
+        ),
+    )
+    return [
+        Chart(
+            f"{key}-effort", f"Measured {word} and what the model says",
+            f"The measured {word} goes from {digits(float(np.min(trace.measured)), 3)} to "
+            f"{digits(float(np.max(trace.measured)), 3)} {unit_text(unit)}. {missed}",
+            ("time", "s"), (word, unit_text(unit)), scale, around(trace.measured), effort,
+        ),
+        Chart(
+            f"{key}-residual", "What the model misses", missed,
+            ("time", "s"), ("error of the model", unit_text(unit)), scale, Scale(-height, height),
+            (Layer("line", "extended thin", trace.time_s, residual, "identified model"),),
+            height=170,
+        ),
+    ]  # fmt: skip
+
+
+def _gaps(time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
+    steps = np.diff(time_s)
+    return np.asarray(steps > _GAP * quantile(steps, 0.5))

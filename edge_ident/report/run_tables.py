@@ -9,7 +9,7 @@ from edge_ident.report.findings import remarks
 from edge_ident.report.gain_report import promise_grid
 from edge_ident.report.gain_rows import designs_parts, gain_rows
 from edge_ident.report.identification import identification_parts, model_lines
-from edge_ident.report.parameters import parameter_grid
+from edge_ident.report.numbers import parameter_grid
 from edge_ident.report.run_documents import run_steps
 from edge_ident.report.run_motions import motions_grid
 from edge_ident.report.view import Answer, Grid, Line, Part, next_lines

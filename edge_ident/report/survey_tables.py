@@ -13,7 +13,7 @@ from edge_ident.files.opening import needed
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedRecording
 from edge_ident.model.model import PARAMETERS
-from edge_ident.report.page.card import to_its_std
+from edge_ident.report.numbers import to_its_std
 from edge_ident.report.survey_wording import (
     by_interest,
     causes_words,

@@ -6,7 +6,7 @@ from typing import Final
 from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.fleet.between_units import FALSE_ALARM, FEWEST_UNITS, LARGEST_SHARE
 from edge_ident.fleet.result import Comparison, StandsOut, Survey, SurveyedAxis, SurveyedRecording
-from edge_ident.report.page.card import unit_text
+from edge_ident.report.numbers import unit_text
 from edge_ident.support.words import spoken
 
 JUDGED: Final = (

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Group
 
+    from edge_ident.report.chart import Chart
+
 Tone = Literal["", "strong", "good", "doubt", "bad"]
 
 
@@ -94,13 +96,13 @@ class ResultView:
         Gives the table that a data frame takes.
     parts : callable
         Gives what is printed, one below the other.
-    drawn : callable
-        Gives the figure.
+    charts : callable
+        Gives rows of charts.
     """
 
     columns: Callable[[], Columns]
     parts: Callable[[], Iterable[Part]]
-    drawn: "Callable[[], Figure] | None" = None
+    charts: "Callable[[], Sequence[Sequence[Chart]]]" = tuple
 
     def table(self) -> Columns:
         """For a data frame."""
@@ -112,9 +114,9 @@ class ResultView:
 
     def figure(self) -> "Figure":
         """Pictures."""
-        if self.drawn is None:
-            raise LookupError("there is no picture of this result")
-        return self.drawn()
+        from edge_ident.report.figure import drawn
+
+        return drawn(self.charts())
 
 
 _DIGITS: Final = 4

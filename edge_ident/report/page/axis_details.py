@@ -12,15 +12,16 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
 from edge_ident.model.model_files import values_document
+from edge_ident.report.chart import Chart, Layer, across, around
 from edge_ident.report.diagnosis_documents import explained_variance
-from edge_ident.report.page.card import (
+from edge_ident.report.numbers import (
+    EFFECTIVE,
     digits,
     effort_word,
     sentence,
     unit_text,
     with_interval,
 )
-from edge_ident.report.page.chart import Chart, Layer, across, around
 from edge_ident.report.page.diagnosis_card import distinct
 from edge_ident.report.page.diagnosis_charts import (
     busiest,
@@ -30,7 +31,6 @@ from edge_ident.report.page.diagnosis_charts import (
     residual_charts,
     spectrum_chart,
 )
-from edge_ident.report.parameters import EFFECTIVE
 from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
 

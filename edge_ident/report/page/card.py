@@ -1,27 +1,20 @@
 """What the first screen says of one axis, with its numbers and everyday words."""
 
-import math
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from markupsafe import Markup, escape
 
-from edge_ident.report.page.chart import Chart
-from edge_ident.report.parameters import decimals, interval_texts
+from edge_ident.report.chart import Chart
+from edge_ident.report.numbers import digits
 from edge_ident.report.view import Grid
 from edge_ident.support.words import listed
 
-# Numbers and everyday words of the first screen.
-#
-# Every number there names its place in the JSON document (RFC 6901), so a script can check the
-# page.
+# Every number of the first screen names its place in the JSON document (RFC 6901), so a script can
+# check the page.
 
-_EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
 _MILLI_BELOW: Final = 0.1
-# A unit with a product or a square, as in N*m or kg*m^2.
-_UNIT: Final = re.compile(r"\b[A-Za-z]+(?:\*[A-Za-z]+|\^2)[A-Za-z*^2/]*")
 _FLAG: Final = ": --motion "
 
 
@@ -48,54 +41,6 @@ def angle(value: float, *keys: str | int) -> Markup:
     if abs(value) < _MILLI_BELOW:
         return number(value, f"{digits(1e3 * value, 3)}\u00a0mrad", *keys)
     return number(value, f"{digits(value, 3)}\u00a0rad", *keys)
-
-
-def digits(value: float, significant: int) -> str:
-    """A value to so many significant digits, without an exponent where that can be read."""
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}"
-    scientific = f"{value:.{significant - 1}e}"
-    exponent = int(scientific.partition("e")[2])  # of the rounded value: 0.00999 may be 0.0100
-    if not -4 <= exponent < 6:
-        return minus(scientific)
-    return minus(f"{value:.{max(0, significant - 1 - exponent)}f}")
-
-
-def minus(text: str) -> str:
-    """Text with a true minus sign."""
-    return text.replace("-", "−")
-
-
-def to_its_std(value: float, std: float) -> tuple[str, str]:
-    """A value and its standard deviation, both to two digits of the deviation."""
-    shown = decimals(std)
-    return minus(f"{value:.{shown}f}"), f"{std:.{shown}f}"
-
-
-def with_interval(value: float, std: float | None) -> str:
-    """A value with its 95 % interval, to the digits that the deviation leaves."""
-    texts = interval_texts(value, std)
-    if texts is None:
-        return digits(value, 4)
-    return "{} ({}\u00a0to\u00a0{})".format(*map(minus, texts))
-
-
-def unit_text(unit: str) -> str:
-    """A unit as people write it."""
-    if unit == "1":
-        return ""
-    return unit.replace("*", "·").replace("^2", "²")
-
-
-def effort_word(unit: str) -> str:
-    """What people call an effort of this unit."""
-    return _EFFORT_WORDS.get(unit, "effort")
-
-
-def sentence(text: str) -> str:
-    """A part of a sentence as a whole one, units as people write them."""
-    text = _UNIT.sub(lambda unit: unit_text(unit[0]), text)
-    return f"{text[0].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
 def recorded(experiment: str) -> Markup:

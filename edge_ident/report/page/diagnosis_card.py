@@ -13,22 +13,19 @@ from edge_ident.diagnosis.wording import only_elsewhere
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of
+from edge_ident.report.chart import Chart, reach
 from edge_ident.report.findings import blocking_steps
+from edge_ident.report.numbers import digits, effort_word, sentence, unit_text
 from edge_ident.report.page.card import (
     PICTURE_HEIGHT,
     Card,
     Status,
     all_of,
     counted,
-    digits,
-    effort_word,
     number,
     percent,
     recorded,
-    sentence,
-    unit_text,
 )
-from edge_ident.report.page.chart import Chart
 from edge_ident.report.page.diagnosis_charts import (
     Axes,
     busiest,
@@ -38,7 +35,6 @@ from edge_ident.report.page.diagnosis_charts import (
     loop_chart,
     models,
     quantities,
-    reach,
     residual_chart,
     residual_map,
 )

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
+from edge_ident.report.chart import PER_BIN, Chart, Layer, Scale, across, around, means, reach
 from edge_ident.report.diagnosis_documents import (
     acceleration_at,
     correlation_ratio,
     groups,
     running_time,
 )
-from edge_ident.report.page.card import digits, effort_word, unit_text
-from edge_ident.report.page.chart import PER_BIN, Chart, Layer, Scale, across, around, means
+from edge_ident.report.numbers import digits, effort_word, unit_text
 from edge_ident.signals.metrics import quantile
 from edge_ident.support.words import spoken
 
@@ -55,10 +55,10 @@ def effort_chart(key: str, axis: AxisDiagnosis, part: slice = slice(None)) -> Ch
     )
 
 
-def residual_chart(key: str, axis: AxisDiagnosis) -> Chart:
-    """What both models miss over time, at the valid samples."""
+def residual_chart(key: str, axis: AxisDiagnosis, part: slice = slice(None)) -> Chart:
+    """What both models miss over all of the time or a part of it, at the valid samples."""
     traces, unit = axis.traces, axis.model.effort_unit
-    time = running_time(traces)
+    time = running_time(traces)[part]
     valid = traces.valid
     missed = {
         style: (label, broken(traces, np.where(valid, traces.effort - signal, np.nan)))
@@ -67,7 +67,7 @@ def residual_chart(key: str, axis: AxisDiagnosis) -> Chart:
     height = reach(np.concatenate([signal[valid] for _, signal in missed.values()]))
     layers = [noise_band(axis)]
     layers += [
-        Layer("line", f"{style} thin", time, signal, label)
+        Layer("line", f"{style} thin", time, signal[part], label)
         for style, (label, signal) in missed.items()
     ]
     return Chart(
@@ -109,12 +109,6 @@ def noise_band(axis: AxisDiagnosis) -> Layer:
     effort = axis.traces.effort[axis.traces.valid]
     rms = axis.noise_floor * float(np.sqrt(np.mean(effort**2))) if len(effort) else 0.0
     return Layer("band", "noise", np.zeros(2), np.array([rms, -rms]), "noise alone")
-
-
-def reach(values: Array) -> float:
-    """Half the height of a chart that shows all but the farthest values."""
-    finite = np.abs(values[np.isfinite(values)])
-    return 1.3 * quantile(np.append(finite, 0.0), 0.995) or 1.0
 
 
 def broken(traces: Traces, signal: Array) -> Array:

@@ -2,23 +2,25 @@
 
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from markupsafe import Markup, escape
 
-from edge_ident.diagnosis import wording
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
-from edge_ident.report.diagnosis_documents import diagnosis_document, explained_variance
+from edge_ident.diagnosis.result import Diagnosis
+from edge_ident.report.chart import Chart
+from edge_ident.report.diagnosis import axis_parts
+from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.numbers import sentence
 from edge_ident.report.page.axis_details import axis_details
-from edge_ident.report.page.card import Card, sentence
-from edge_ident.report.page.chart import Chart
+from edge_ident.report.page.card import Card
 from edge_ident.report.page.diagnosis_card import TOGETHER, diagnosis_card
 from edge_ident.report.page.rendering import Provenance, source, write_html
+from edge_ident.report.view import Grid, Line
 from edge_ident.support.documents import NOT_TEXT, atomic_write
-from edge_ident.support.words import listed, on_a_line, spoken, visible
+from edge_ident.support.words import listed, on_a_line, visible
 
 # A diagnosis as one HTML page.
 
@@ -110,142 +112,45 @@ def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -
 
 def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterator[str]:
     yield f"# What the model gets wrong about {_plain(listed(sources))}"
-    yield ""
-    yield from _table(
-        ("axis", "verdict"),
-        [(name, wording.verdict_sentence(axis)) for name, axis in diagnosis.axes.items()],
-    )
-    if diagnosis.data_quality:
-        yield "## The data"
-        yield ""
-        for finding in diagnosis.data_quality:
-            yield f"- {_plain(f'{finding.code}, axis {finding.axis}: {finding.message}')}"
-        yield ""
+    for finding in diagnosis.data_quality:
+        yield f"- {_plain(f'{finding.code}, axis {finding.axis}: {finding.message}')}"
     for name in diagnosis.axes:
-        yield from _axis(name, diagnosis)
-        yield from _explained_variance(name, diagnosis.axes)
-        yield from _pictures(name, diagnosis, folder)
-        yield from _not_testable(diagnosis.axes[name])
+        details = axis_details("a", name, diagnosis)
+        tables = (details.follows, details.conditions, details.not_testable)
+        yield f"\n## Axis {_plain(name)}"
+        for part in (*axis_parts(name, diagnosis), *filter(None, tables)):
+            yield from _line(part) if isinstance(part, Line) else _table(part)
+        charts = [
+            diagnosis_card("a-first", name, diagnosis).chart,
+            *details.cause_charts,
+            *details.time_charts,
+            *(chart for pair in details.maps for chart in pair),
+            details.spectrum,
+        ]
+        stem = re.sub(r"\W", "_", name)
+        for number, chart in enumerate(charts):
+            yield from _picture(chart, folder / f"{stem}_{number}.svg")
 
 
-def _axis(name: str, diagnosis: Diagnosis) -> Iterator[str]:
-    axis = diagnosis.axes[name]
-    fading = f", attenuated from {axis.knee_hz:.3g} Hz on" if axis.knee_hz < axis.cutoff_hz else ""
-    yield f"## Axis {_plain(name)}"
+def _line(line: Line) -> Iterator[str]:
+    """An item of a list, as deep as the line is indented."""
+    said = str(line)
+    indent = " " * (len(said) - len(said.lstrip()))
+    yield f"{indent}- {_plain(said.strip())}"
+
+
+def _table(grid: Grid) -> Iterator[str]:
+    yield f"\n{_plain(grid.caption)}\n" if grid.caption else ""
+    for row in (grid.headings, ["---"] * len(grid.headings), *grid.rows):
+        cells = (Markup("<br>").join(map(_plain, str(cell).split("\n"))) for cell in row)
+        yield f"| {' | '.join(cells)} |"
     yield ""
-    yield f"**{_plain(_sentence(wording.verdict_sentence(axis)))}**"
-    yield ""
-    yield _plain(
-        f"Compared up to {axis.cutoff_hz:.3g} Hz{fading}. Noise floor {axis.noise_floor_source}: "
-        f"{wording.percent(axis.noise_floor)} of the effort. All shares are of the valid samples. "
-        f"{_sentence(wording.timing_sentence(axis.timing))}"
-    )
-    yield ""
-    yield _plain(_sentence(axis.budget.sentence))
-    yield ""
-    yield from _table(("along", "share", "effort rms", "curve"), axis.budget.rows)
-    if axis.causes:
-        yield from _causes(axis)
-    yield from _refused(axis)
-    models = ("base", "extended") if axis.extends_base else ("base",)
-    rows = wording.before_and_after(axis, diagnosis.validation.get(name))
-    yield from _table(("", *models), [row[: 1 + len(models)] for row in rows])
-
-
-def _causes(axis: AxisDiagnosis) -> Iterator[str]:
-    yield from _table(
-        (
-            "cause",
-            "reduction of the held-out residual",
-            "95 %",
-            "share of the effort",
-            "parameters",
-        ),
-        [
-            (
-                spoken(cause.term.effect),
-                *wording.gain(cause),
-                wording.percent(cause.share),
-                Markup("<br>").join(map(_plain, wording.values(cause.term, axis.model))),
-            )
-            for cause in axis.causes
-        ],
-    )
-    for cause in axis.causes:
-        yield from _why(cause)
-    yield ""
-
-
-def _refused(axis: AxisDiagnosis) -> Iterator[str]:
-    sentences = wording.not_accepted(axis)
-    sentences += [wording.refused_sentence(refused) for refused in axis.refused]
-    for said in sentences:
-        yield f"- {_plain(said)}"
-    if sentences:
-        yield ""
-
-
-def _why(cause: Cause) -> Iterator[str]:
-    yield f"- **{spoken(cause.term.effect)}**: {_plain(cause.evidence)}"
-    yield f"  - accepted: {_plain(cause.decision)}"
-    for alternative in cause.alternatives:
-        yield f"  - {_plain(wording.alternative_sentence(alternative))}"
-
-
-def _explained_variance(name: str, axes: Mapping[str, AxisDiagnosis]) -> Iterator[str]:
-    models = ("base", "extended") if axes[name].causes else ("base",)
-    found = explained_variance(name, axes)
-    yield from _table(
-        ("variance of the residual explained by", *models),
-        [
-            (spoken(of), *(f"{100 * found[model][of]:.0f} %" for model in models))
-            for of in found["base"]
-        ],
-    )
-
-
-def _pictures(name: str, diagnosis: Diagnosis, folder: Path) -> Iterator[str]:
-    details = axis_details("a", name, diagnosis)
-    charts = [
-        diagnosis_card("a-first", name, diagnosis).chart,
-        *details.cause_charts,
-        *details.time_charts,
-        *(chart for pair in details.maps for chart in pair),
-        details.spectrum,
-    ]
-    stem = re.sub(r"\W", "_", name)
-    for number, chart in enumerate(charts):
-        yield from _picture(chart, folder / f"{stem}_{number}.svg")
 
 
 def _picture(chart: Chart, file: Path) -> Iterator[str]:
     save_chart(chart, file)
-    yield f"![{_plain(chart.title)}]({file.name})"
-    yield ""
+    yield f"\n![{_plain(chart.title)}]({file.name})\n"
     yield _plain(f"{chart.description} {chart.caption}".strip())
-    yield ""
-
-
-def _not_testable(axis: AxisDiagnosis) -> Iterator[str]:
-    if axis.not_testable:
-        yield "### Not testable with this motion"
-        yield ""
-        yield from _table(
-            ("effect", "why", "motion that excites it"),
-            [(spoken(e.effect), e.reason, e.experiment) for e in axis.not_testable],
-        )
-
-
-def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    yield _row(headings)
-    yield _row(["---"] * len(headings))
-    for row in rows:
-        yield _row(row)
-    yield ""
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(map(_plain, cells))} |"
 
 
 def _plain(text: str) -> Markup:
@@ -253,14 +158,8 @@ def _plain(text: str) -> Markup:
 
     HTML would be taken as it is. An underscore inside a word is no mark.
     """
-    if isinstance(text, Markup):
-        return text
     signs = _SIGNS.sub(r"\\\g<0>", on_a_line(text))
     return Markup("".join(_ENTITIES.get(sign, sign) for sign in signs))
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
 
 
 # A chart as an SVG file of its own, for documents that are no web pages.

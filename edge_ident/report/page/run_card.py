@@ -15,8 +15,10 @@ from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
+from edge_ident.report.chart import Chart, Scale
 from edge_ident.report.gain_report import tried
 from edge_ident.report.gain_rows import gain_label
+from edge_ident.report.numbers import digits, effort_word, sentence, to_its_std, unit_text
 from edge_ident.report.page.card import (
     PICTURE_HEIGHT,
     Card,
@@ -24,15 +26,9 @@ from edge_ident.report.page.card import (
     IntervalRow,
     all_of,
     angle,
-    digits,
-    effort_word,
     number,
     percent,
-    sentence,
-    to_its_std,
-    unit_text,
 )
-from edge_ident.report.page.chart import Chart, Scale
 from edge_ident.report.page.diagnosis_card import distinct, in_words
 from edge_ident.report.run_documents import axis_steps
 from edge_ident.report.run_motions import peaks

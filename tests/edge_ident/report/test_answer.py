@@ -21,7 +21,7 @@ from edge_ident.report import (
     identification_answer,
     outcome_view,
 )
-from edge_ident.report.parameters import interval_texts
+from edge_ident.report.numbers import interval_texts
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
 

@@ -15,9 +15,8 @@ from edge_ident.commissioning.verification import GainChange, Tracking, Verifica
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.report import outcome_view
-from edge_ident.report.page.card import to_its_std
+from edge_ident.report.numbers import interval_texts, to_its_std
 from edge_ident.report.page.run_page import write_run_page
-from edge_ident.report.parameters import interval_texts
 from edge_ident.report.run_documents import run_document
 from tests.edge_ident.report.page import hand_made_run
 from tests.edge_ident.report.page.pages import read

@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from edge_ident.report.page.card import digits, with_interval
-from edge_ident.report.page.chart import (
+from edge_ident.report.chart import (
     HEIGHT,
     WIDTH,
     Chart,
@@ -18,6 +17,7 @@ from edge_ident.report.page.chart import (
     line_path,
     means,
 )
+from edge_ident.report.numbers import digits, with_interval
 
 
 def points(path: str) -> list[list[tuple[int, int]]]:

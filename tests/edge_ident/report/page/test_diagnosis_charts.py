@@ -8,7 +8,6 @@ import pytest
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.report.diagnosis_documents import running_time
-from edge_ident.report.diagnosis_figure import effort_figure
 from edge_ident.report.page.diagnosis_charts import (
     cause_chart,
     effort_chart,
@@ -80,8 +79,6 @@ def test_several_recordings_are_drawn_one_after_the_other_with_a_gap() -> None:
     assert np.allclose(np.diff(running_time(axis.traces)), hand_made.PERIOD_S)
     measured = effort_chart("k", axis).layers[0]
     assert np.isnan(measured.y).sum() == 1
-    drawn = effort_figure("x", axis).axes[0].get_lines()[0].get_ydata()
-    assert np.isnan(drawn).sum() == 1
 
 
 def test_samples_that_do_not_count_are_gaps_of_the_residual() -> None:

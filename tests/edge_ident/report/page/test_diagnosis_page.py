@@ -15,7 +15,7 @@ from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
 from edge_ident.report.diagnosis_documents import diagnosis_document
-from edge_ident.report.page.card import digits, sentence
+from edge_ident.report.numbers import digits, sentence
 from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.diagnosis_charts import _to_and_fro, broken
 from edge_ident.report.page.diagnosis_page import write_page

@@ -1,6 +1,7 @@
-"""Parameters in words: 95 % intervals, to the digits that the standard deviation leaves."""
+"""Numbers and units in words, and the parameters of a model with their 95 % intervals."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Final
@@ -9,6 +10,47 @@ from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, M
 from edge_ident.model.model_files import values_document
 from edge_ident.report.view import Grid
 from edge_ident.support.words import spoken
+
+_EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
+# A unit with a product or a square, as in N*m or kg*m^2.
+_UNIT: Final = re.compile(r"\b[A-Za-z]+(?:\*[A-Za-z]+|\^2)[A-Za-z*^2/]*")
+
+
+def digits(value: float, significant: int) -> str:
+    """A value to so many significant digits, without an exponent where that can be read."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    scientific = f"{value:.{significant - 1}e}"
+    exponent = int(scientific.partition("e")[2])  # of the rounded value: 0.00999 may be 0.0100
+    if not -4 <= exponent < 6:
+        return minus(scientific)
+    return minus(f"{value:.{max(0, significant - 1 - exponent)}f}")
+
+
+def minus(text: str) -> str:
+    """Text with a true minus sign."""
+    return text.replace("-", "−")
+
+
+def unit_text(unit: str) -> str:
+    """A unit as people write it."""
+    if unit == "1":
+        return ""
+    return unit.replace("*", "·").replace("^2", "²")
+
+
+def effort_word(unit: str) -> str:
+    """What people call an effort of this unit."""
+    return _EFFORT_WORDS.get(unit, "effort")
+
+
+def sentence(text: str) -> str:
+    """A part of a sentence as a whole one, units as people write them."""
+    text = _UNIT.sub(lambda unit: unit_text(unit[0]), text)
+    return f"{text[0].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+
+
+# Values with what is known of them.
 
 EFFECTIVE: Final = "effective: the line through the friction curve, over the speeds visited"
 """What people are told of an effective parameter, once."""
@@ -33,6 +75,20 @@ def interval_texts(value: float, std: float | None) -> tuple[str, str, str] | No
     low, high = value - NORMAL_95 * std, value + NORMAL_95 * std
     shown, lowest, highest = (f"{end:.{decimals(std)}f}" for end in (value, low, high))
     return shown, lowest, highest
+
+
+def to_its_std(value: float, std: float) -> tuple[str, str]:
+    """A value and its standard deviation, both to two digits of the deviation."""
+    shown = decimals(std)
+    return minus(f"{value:.{shown}f}"), f"{std:.{shown}f}"
+
+
+def with_interval(value: float, std: float | None) -> str:
+    """A value with its 95 % interval, to the digits that the deviation leaves."""
+    texts = interval_texts(value, std)
+    if texts is None:
+        return digits(value, 4)
+    return "{} ({}\u00a0to\u00a0{})".format(*map(minus, texts))
 
 
 # Every parameter of a model with its 95 % interval, in one table.

@@ -6,12 +6,15 @@ classes of the page's style sheet.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
+
+from edge_ident.signals.metrics import quantile
 
 Array = NDArray[np.float64]
 
@@ -99,11 +102,15 @@ _PLAIN: Final = (1e-2, 1e5)  # largest values between these are written without 
 
 @dataclass(frozen=True)
 class Scale:
-    """From `low` to `high`; `root` stretches what is near zero, as half of a logarithm would."""
+    """From `low` to `high`; `root` stretches what is near zero, as half of a logarithm would.
+
+    Whole numbers from zero on may have `names` in the place of ticks.
+    """
 
     low: float
     high: float
     kind: Literal["linear", "root", "log"] = "linear"
+    names: tuple[str, ...] = ()
 
     def fraction(self, values: Array) -> Array:
         """Places between both ends, from 0 to 1; beyond them outside."""
@@ -135,7 +142,9 @@ class Scale:
 
     def ticks(self, count: int) -> list[tuple[float, str]]:
         """Places and labels of round values, about `count` of them."""
-        if self.kind == "log":
+        if self.names:
+            labels = {float(place): name for place, name in enumerate(self.names)}
+        elif self.kind == "log":
             first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
             stride = max(1, math.ceil((last - first + 1) / count))
             tens = range(first, last + 1, stride)
@@ -167,6 +176,12 @@ def across(values: Array, kind: Literal["linear", "root", "log"] = "linear") -> 
     """A scale from the lowest to the highest value, without a margin."""
     low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (0.0, 1.0)
     return Scale(low, high if high > low else low + 1.0, kind)
+
+
+def reach(values: Array) -> float:
+    """Half the height of a chart that shows all but the farthest values."""
+    finite = np.abs(values[np.isfinite(values)])
+    return 1.3 * quantile(np.append(finite, 0.0), 0.995) or 1.0
 
 
 _X_TICKS: Final = 5
@@ -313,10 +328,26 @@ class Chart:
         ).format(_named(*self.across, self.x), _named(*self.along, self.y))
 
 
+def axis_label(name: str, unit: str) -> str:
+    """What a scale shows, with its unit."""
+    return f"{name} ({unit})" if unit else name
+
+
 def _named(name: str, unit: str, scale: Scale) -> Markup:
-    unit = scale.unit(unit)
-    return escape(f"{name} ({unit})" if unit else name)
+    return escape(axis_label(name, scale.unit(unit)))
 
 
 def _percent(place: float) -> str:
     return f"{100.0 * place:.4g}%"
+
+
+# Rows of charts, side by side for several axes.
+
+
+def of_axes(columns: Mapping[str, Sequence[Chart]]) -> list[list[Chart]]:
+    """Charts of axes, a column for each, as rows; their titles say which axis each is of."""
+    named = (
+        [replace(chart, title=f"axis {name}: {chart.title}".removesuffix(": ")) for chart in charts]
+        for name, charts in columns.items()
+    )
+    return [list(row) for row in zip(*named, strict=True)]
