@@ -169,13 +169,14 @@ __getattr__ = lazy_names(
 
 shown_by(
     {
-        "edge_ident.report.gain_rows": "GainDesigns=designs_view",
+        "edge_ident.report.gains": "GainDesigns=designs_view",
         "edge_ident.report.identification": "Identification=identification_view",
         "edge_ident.report.comparison_tables": "Comparison=comparison_view",
         "edge_ident.report.diagnosis": "Diagnosis=diagnosis_view",
         "edge_ident.report.plan_tables": "MotionPlan=plan_view",
-        "edge_ident.report.result_tables": "Model=model_view Recording=recording_view",
-        "edge_ident.report.survey_tables": "Survey=survey_view",
+        "edge_ident.report.numbers": "Model=model_view",
+        "edge_ident.report.recordings": "Recording=recording_view",
+        "edge_ident.report.survey": "Survey=survey_view",
     }
 )
 

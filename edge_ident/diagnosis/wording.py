@@ -1,7 +1,7 @@
 """The sentences of a diagnosis, for the terminal and the page alike."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation, Verdict
@@ -279,3 +279,16 @@ def _described(fit: ModelFit, validated: tuple[float, ...], axis: AxisModel) -> 
 def _number(entry: Mapping[str, Any]) -> str:
     """A value, with its standard deviation where there is one."""
     return with_deviation(entry["value"], entry["std"])
+
+
+def distinct_causes(causes: Iterable[Cause]) -> list[Cause]:
+    """The strongest term of each effect."""
+    first: dict[str, Cause] = {}
+    for cause in causes:
+        first.setdefault(cause.term.effect, cause)
+    return list(first.values())
+
+
+def in_words(causes: Iterable[Cause]) -> list[str]:
+    """What each effect is, in everyday words."""
+    return [named(cause.term.effect).advice.in_words for cause in distinct_causes(causes)]

@@ -17,21 +17,16 @@ if TYPE_CHECKING:
         simulation_document,
     )
     from edge_ident.report.findings import with_next_steps
-    from edge_ident.report.gain_report import GainReport, gain_report_document, gain_report_view
+    from edge_ident.report.gains import GainReport, gain_report_document, gain_report_view
     from edge_ident.report.identification import identification_answer
-    from edge_ident.report.import_report import (
-        import_document,
-        inspection_lines,
-        recording_lines,
-        resting_lines,
-        scale_lines,
-    )
-    from edge_ident.report.machine_documents import (
+    from edge_ident.report.machine import (
         drive_document,
         fault_documents,
         fault_lines,
+        profile_view,
         register_lines,
         registers_document,
+        save_waterfall,
         values_text,
     )
     from edge_ident.report.page.diagnosis_page import write_markdown, write_page
@@ -39,8 +34,13 @@ if TYPE_CHECKING:
     from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.page.survey_page import write_survey_page
     from edge_ident.report.plan_tables import plan_document, plan_next_step
-    from edge_ident.report.profile_report import profile_view, save_waterfall
-    from edge_ident.report.run_charts import draw_run
+    from edge_ident.report.recordings import (
+        import_document,
+        inspection_lines,
+        recording_lines,
+        resting_lines,
+        scale_lines,
+    )
     from edge_ident.report.run_documents import (
         capture_document,
         hold_document,
@@ -49,8 +49,8 @@ if TYPE_CHECKING:
         profile_document,
         run_document,
     )
-    from edge_ident.report.run_tables import outcome_view
-    from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
+    from edge_ident.report.run_tables import draw_run, outcome_view
+    from edge_ident.report.survey import survey_document, survey_lines, write_survey_tables
     from edge_ident.report.terminal import save_figure, show
     from edge_ident.support.documents import to_json, write_json
     from edge_ident.support.next_step import Done
@@ -113,13 +113,13 @@ __getattr__ = lazy_names(
         "edge_ident.report.identification": "identification_answer",
         "edge_ident.report.comparison_tables": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",
-        "edge_ident.report.gain_report": "GainReport gain_report_document gain_report_view",
-        "edge_ident.report.import_report": (
+        "edge_ident.report.gains": "GainReport gain_report_document gain_report_view",
+        "edge_ident.report.recordings": (
             "import_document inspection_lines recording_lines resting_lines scale_lines"
         ),
-        "edge_ident.report.machine_documents": (
+        "edge_ident.report.machine": (
             "drive_document fault_documents fault_lines "
-            "register_lines registers_document values_text"
+            "profile_view register_lines registers_document save_waterfall values_text"
         ),
         "edge_ident.report.findings": "with_next_steps",
         "edge_ident.report.terminal": "save_figure show",
@@ -128,13 +128,11 @@ __getattr__ = lazy_names(
         "edge_ident.report.page.run_page": "write_run_page",
         "edge_ident.report.page.survey_page": "write_survey_page",
         "edge_ident.report.plan_tables": "plan_document plan_next_step",
-        "edge_ident.report.profile_report": "profile_view save_waterfall",
         "edge_ident.report.run_documents": (
             "capture_document hold_document home_document home_lines profile_document run_document"
         ),
-        "edge_ident.report.run_charts": "draw_run",
-        "edge_ident.report.run_tables": "outcome_view",
-        "edge_ident.report.survey_tables": "survey_document survey_lines write_survey_tables",
+        "edge_ident.report.run_tables": "draw_run outcome_view",
+        "edge_ident.report.survey": "survey_document survey_lines write_survey_tables",
         "edge_ident.support.documents": "to_json write_json",
         "edge_ident.support.next_step": "Done",
     },

@@ -1,6 +1,7 @@
 """A comparison as a table for a person and as a document for scripts."""
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Final
 
@@ -9,7 +10,7 @@ import numpy as np
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Layer, Scale, around
-from edge_ident.report.documents import finding_document
+from edge_ident.report.documents import estimate_document
 from edge_ident.report.numbers import unit_text
 from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
@@ -85,26 +86,11 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
 
 
 def _method(row: Row, axis: AxisComparison) -> dict[str, Any]:
-    parameters = metric = None
-    if row.estimate is not None and row.metric is not None:
-        parameters = {
-            name: {
-                "value": float(row.estimate.parameters[i]),
-                "std": float(row.estimate.std[i]),
-                "unit": axis.units[i],
-            }
-            for i, name in enumerate(PARAMETERS)
-        }
-        metric = {
-            "time_spectral": row.metric.time_spectral,
-            "fit": row.metric.fit,
-            "relative_residual": row.metric.relative_residual,
-        }
     return {
-        "parameters": parameters,
-        "metric": metric,
+        "parameters": row.estimate and estimate_document(row.estimate, axis.units),
+        "metric": row.metric and asdict(row.metric),
         "reason": row.reason or None,
-        "warnings": [finding_document(finding) for finding in row.findings],
+        "warnings": [asdict(finding) for finding in row.findings],
         "time_ms": round(row.time_ms, 3),
     }
 

@@ -12,9 +12,8 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import off_reference
 from edge_ident.report.chart import Chart, of_axes
 from edge_ident.report.findings import blocking_steps, distinct, finding_lines, look_at, remarks
-from edge_ident.report.numbers import parameter_grid
+from edge_ident.report.numbers import parameter_grid, term_rows
 from edge_ident.report.page.diagnosis_charts import busiest, effort_chart, residual_chart
-from edge_ident.report.result_tables import term_rows
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Tone, next_lines
 from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
 from edge_ident.support.rows import Cell, Table, table_of

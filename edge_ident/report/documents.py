@@ -31,11 +31,11 @@ def identification_document(identification: Identification) -> dict[str, Any]:
 
 
 def _axis(axis: AxisIdentification) -> dict[str, Any]:
-    network = None if axis.network is None else _estimate(axis.network, axis.units)
+    network = None if axis.network is None else estimate_document(axis.network, axis.units)
     curve = axis.friction_curve
     return {
         "parameters": _parameters(axis),
-        "physical": _with_known(_estimate(axis.estimate, axis.units), axis.known),
+        "physical": _with_known(estimate_document(axis.estimate, axis.units), axis.known),
         "effective": _effective(axis),
         "friction_curve": None if curve is None else curve.document(),
         "parameters_from": axis.source.value,
@@ -54,21 +54,17 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "timing": dataclasses.asdict(axis.timing),
         "estimators": {
             "cnn": network,
-            "least_squares": _estimate(axis.least_squares, axis.units),
-            "whitened_least_squares": _estimate(axis.whitened, axis.units),
+            "least_squares": estimate_document(axis.least_squares, axis.units),
+            "whitened_least_squares": estimate_document(axis.whitened, axis.units),
         },
         "cnn_reason": axis.network_reason,
-        "metric": {
-            "time_spectral": axis.metric.time_spectral,
-            "fit": axis.metric.fit,
-            "relative_residual": axis.metric.relative_residual,
-        },
+        "metric": dataclasses.asdict(axis.metric),
         "assumed_effects": list(axis.compensated_effects),
         "cutoff_hz": axis.cutoff_hz,
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,
         "consistent": axis.consistent,
-        "warnings": [finding_document(finding) for finding in axis.findings],
+        "warnings": [dataclasses.asdict(finding) for finding in axis.findings],
     }
 
 
@@ -79,7 +75,7 @@ def _parameters(axis: AxisIdentification) -> dict[str, Any]:
     best, known = (
         (axis.effective, axis.effective_known) if effective else (axis.estimate, axis.known)
     )
-    entries = _with_known(_estimate(best, axis.units), known)
+    entries = _with_known(estimate_document(best, axis.units), known)
     first = PARAMETERS[0]
     return {
         name: {**entry, "kind": "effective" if effective and name != first else "physical"}
@@ -94,7 +90,7 @@ def _with_known(entries: dict[str, Any], known: tuple[bool, ...]) -> dict[str, A
 
 def _effective(axis: AxisIdentification) -> dict[str, Any]:
     """Friction as a line: that through the friction curve, or the parameters where it is one."""
-    entries = _with_known(_estimate(axis.effective, axis.units), axis.effective_known)
+    entries = _with_known(estimate_document(axis.effective, axis.units), axis.effective_known)
     source = "parameters" if axis.line is None else "line_through_friction_curve"
     friction = {
         name: {**entry, "interval": _interval(entry["value"], entry["std"])}
@@ -112,7 +108,7 @@ def _base(axis: AxisIdentification) -> dict[str, Any] | None:
     """The base model's parameters, where the answer is another model's."""
     if axis.source is not ParameterSource.EXTENDED_MODEL:
         return None
-    return {"parameters": _estimate(axis.least_squares, axis.units)}
+    return {"parameters": estimate_document(axis.least_squares, axis.units)}
 
 
 def _short_diagnosis(diagnosis: "AxisDiagnosis | None") -> dict[str, Any] | None:
@@ -147,7 +143,8 @@ def _cause(cause: "Cause", diagnosis: "AxisDiagnosis") -> dict[str, Any]:
     }
 
 
-def _estimate(estimate: Estimate, units: tuple[str, ...]) -> dict[str, Any]:
+def estimate_document(estimate: Estimate, units: Sequence[str]) -> dict[str, Any]:
+    """Parameters with their deviations and units."""
     return {
         name: {
             "value": float(estimate.parameters[i]),
@@ -155,17 +152,6 @@ def _estimate(estimate: Estimate, units: tuple[str, ...]) -> dict[str, Any]:
             "unit": units[i],
         }
         for i, name in enumerate(PARAMETERS)
-    }
-
-
-def finding_document(finding: Finding) -> dict[str, Any]:
-    """One warning; `blocks` tells whether it forbids acting on the result."""
-    return {
-        "code": finding.code,
-        "message": finding.message,
-        "next_step": finding.next_step,
-        "blocks": finding.blocks,
-        "contradicts": finding.contradicts,
     }
 
 
@@ -221,7 +207,7 @@ def simulation_document(
                 "effort_rms": rms(axis.effort),
                 "position_unit": axis.position_unit,
                 "effort_unit": axis.effort_unit,
-                "warnings": [finding_document(finding) for finding in left.get(name, ())],
+                "warnings": [dataclasses.asdict(finding) for finding in left.get(name, ())],
             }
             for name, axis in recording.axes.items()
             if axis.reference is not None

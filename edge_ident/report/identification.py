@@ -20,11 +20,20 @@ from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
 from edge_ident.report.diagnosis import budget_parts
 from edge_ident.report.findings import DESIGN_GAINS, finding_lines, identification_steps, remarks
-from edge_ident.report.numbers import digits, effort_word, parameter_grid, unit_text
-from edge_ident.report.result_tables import identification_table
+from edge_ident.report.numbers import (
+    TERM_ROW,
+    digits,
+    effective_rows,
+    effort_word,
+    estimate_rows,
+    parameter_grid,
+    term_rows,
+    unit_text,
+)
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, next_lines
 from edge_ident.signals.metrics import quantile
 from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
+from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import listed, spoken, with_deviation
 
 # The answer of an identification: may it be trusted, what the model misses, what to do next.
@@ -130,7 +139,7 @@ def model_sentence(axis: AxisIdentification) -> str:
     return f"is not diagnosed: {axis.adequacy.reason}"
 
 
-# An identification and designed gains as tables, by rich.
+# All of it: every estimate, why this one is used, and the findings.
 
 
 def identification_view(found: Identification) -> ResultView:
@@ -194,24 +203,11 @@ def _estimates(name: str, axis: AxisIdentification) -> Grid:
     columns[axis.source] = axis.estimate
     used = f"{axis.source.spoken} (used)"
     headings = [used, *(source.spoken for source in columns if source is not axis.source)]
-    rows = [
-        (
-            spoken(parameter),
-            *("–" if estimate is None else _value(estimate, i) for estimate in columns.values()),
-            axis.units[i],
-        )
-        for i, parameter in enumerate(PARAMETERS)
-    ]
+    rows = estimate_rows(list(columns.values()), axis.units, with_deviation)
     if axis.line is not None:
-        rest = ["–"] * (len(columns) - 1)
-        for i, parameter in enumerate(PARAMETERS[1:], 1):
-            label = f"effective {spoken(parameter)}"
-            rows.append((label, _value(axis.line, i), *rest, axis.units[i]))
+        others = [None] * (len(columns) - 1)
+        rows += effective_rows([axis.line, *others], axis.units, with_deviation)
     return Grid(f"axis {name}", ("parameter", *headings, "unit"), rows)
-
-
-def _value(estimate: Estimate, index: int) -> str:
-    return with_deviation(float(estimate.parameters[index]), float(estimate.std[index]))
 
 
 # The identified model over time.
@@ -261,3 +257,19 @@ def identified_charts(key: str, axis: AxisIdentification) -> list[Chart]:
 def _gaps(time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
     steps = np.diff(time_s)
     return np.asarray(steps > _GAP * quantile(steps, 0.5))
+
+
+# A row for each parameter of each axis, as a data frame takes them.
+
+
+def identification_table(found: Identification) -> Table:
+    """A row for each parameter of each axis: those of the base model, then those of each effect."""
+
+    def rows() -> Iterator[tuple[Cell, ...]]:
+        for name, axis in found.axes.items():
+            for index, term in enumerate(axis.model.terms):
+                known = axis.known if index == 0 else (None,) * len(term.values)
+                for row, certain in zip(term_rows(term, axis.model.units), known, strict=False):
+                    yield name, *row, certain, axis.trusted
+
+    return table_of(("axis", *TERM_ROW, "known", "trusted"), rows())

@@ -2,13 +2,16 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Final
 
-from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model
-from edge_ident.model.model_files import values_document
-from edge_ident.report.view import Grid
+from edge_ident.model.effects import named
+from edge_ident.model.model import NORMAL_95, PARAMETERS, AxisModel, Estimate, Model, Term
+from edge_ident.model.model_files import unit_of, values_document
+from edge_ident.report.view import Grid, ResultView, Row, grid_of
+from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
 
 _EFFORT_WORDS: Final = {"N": "force", "N*m": "torque", "A": "current", "V": "voltage"}
@@ -91,7 +94,35 @@ def with_interval(value: float, std: float | None) -> str:
     return "{} ({}\u00a0to\u00a0{})".format(*map(minus, texts))
 
 
-# Every parameter of a model with its 95 % interval, in one table.
+# Parameters of several estimates, and of a model.
+
+
+def estimate_rows(
+    estimates: Sequence[Estimate | None],
+    units: Sequence[str],
+    shown: Callable[[float, float], str],
+) -> list[Row]:
+    """A row for each parameter: its name, each estimate, and the unit; – where one has none."""
+    return [
+        (
+            spoken(name),
+            *(
+                "–" if e is None else shown(float(e.parameters[i]), float(e.std[i]))
+                for e in estimates
+            ),
+            units[i],
+        )
+        for i, name in enumerate(PARAMETERS)
+    ]
+
+
+def effective_rows(
+    lines: Sequence[Estimate | None],
+    units: Sequence[str],
+    shown: Callable[[float, float], str],
+) -> list[Row]:
+    """The same of friction as the line through the friction curve."""
+    return [(f"effective {name}", *rest) for name, *rest in estimate_rows(lines, units, shown)[1:]]
 
 
 def parameter_grid(
@@ -142,3 +173,37 @@ def _cells(value: float, std: float | None) -> tuple[str, str]:
         return f"{value:.4g}", ""
     shown, low, high = texts
     return shown, f"{low} to {high}"
+
+
+TERM_ROW = ("effect", "parameter", "value", "std", "unit")
+
+
+def term_rows(term: Term, units: tuple[str, str]) -> Iterator[tuple[Cell, ...]]:
+    """Cells of `TERM_ROW` for each parameter of a term; a deviation that is not known is None."""
+    for parameter in named(term.effect).parameters:
+        if parameter.name in term.values:
+            std = term.std.get(parameter.name)
+            yield (
+                term.effect,
+                parameter.name,
+                float(term.values[parameter.name]),
+                None if std is None else float(std),
+                unit_of(parameter, *units),
+            )
+
+
+def model_table(model: Model) -> Table:
+    """A row for each parameter of each term of each axis."""
+    rows = (
+        (name, *row)
+        for name, axis in model.axes.items()
+        for term in axis.terms
+        for row in term_rows(term, axis.units)
+    )
+    return table_of(("axis", *TERM_ROW), rows)
+
+
+def model_view(model: Model) -> ResultView:
+    """The parameters of a model."""
+    table = partial(model_table, model)
+    return ResultView(table, lambda: [grid_of(table(), "model")])

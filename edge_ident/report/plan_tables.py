@@ -1,16 +1,16 @@
 """A designed motion as JSON document, and as tables for the terminal."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, astuple, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from edge_ident.drive.motions import motion_document
-from edge_ident.experiment.result import MotionPlan, PlannedPair, Why, inseparable_sentence
-from edge_ident.report.run_motions import uses_document
+from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair, Why, inseparable_sentence
 from edge_ident.report.view import Grid, Line, Part, ResultView
+from edge_ident.support.documents import finite
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
 from firmware_interface.motion import Multisine, Staircase, Trajectory
@@ -31,14 +31,26 @@ def plan_document(plan: MotionPlan, file: Path | None) -> dict[str, Any]:
         "motion": None if plan.trajectory is None else motion_document(plan.trajectory),
         "motion_file": None if file is None else str(file),
         "axes": {name: uses_document(use) for name, use in plan.axes.items()},
-        "pairs": [
-            {**asdict(pair), "separated": pair.separated, "separable": pair.separable}
-            for pair in plan.pairs
-        ],
+        "pairs": pair_documents(plan.pairs),
         "left_out": [asdict(left) for left in plan.left_out],
         "margin": plan.margin,
         "loops": plan.loops,
         "tried": plan.tried,
+    }
+
+
+def pair_documents(pairs: Iterable[PlannedPair]) -> list[dict[str, Any]]:
+    """Pairs of explanations, and whether they are separated."""
+    return [
+        {**asdict(pair), "separated": pair.separated, "separable": pair.separable} for pair in pairs
+    ]
+
+
+def uses_document(use: AxisUse) -> dict[str, dict[str, float | None]]:
+    """What a motion asks of an axis; infinite limits are null."""
+    return {
+        name: {quantity: finite(value) for quantity, value in of.items()}
+        for name, of in asdict(use).items()
     }
 
 

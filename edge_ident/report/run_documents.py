@@ -1,29 +1,33 @@
 """A run and a latency profile as JSON documents (schemas edge-ident/*/1), and what to do next."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
+
+import numpy as np
 
 from edge_ident.commissioning.board_answer import AxisAnswer
 from edge_ident.commissioning.capture import Capture
 from edge_ident.commissioning.gain_transfer import BACKUP_FILE
 from edge_ident.commissioning.homing import Held, Homing
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
 from edge_ident.commissioning.latency import TARGET_MS, Profile, spread
 from edge_ident.commissioning.rounds import Round
 from edge_ident.commissioning.run import Ending, Outcome
 from edge_ident.commissioning.verification import GainChange
 from edge_ident.estimation.network import Network
+from edge_ident.experiment.result import QUANTITIES, question
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.findings import blocking_steps, distinct, look_at
-from edge_ident.report.gain_report import commit_document, promise_document
-from edge_ident.report.run_motions import motions_document
+from edge_ident.report.gains import commit_document, promise_document
+from edge_ident.report.plan_tables import pair_documents, uses_document
 from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity
+from firmware_interface.motion import reference
 from firmware_interface.registers import IdentificationReason
 
 _SHOWN_RAD: Final = 5e-5  # half of the last digit that is printed
@@ -198,6 +202,85 @@ def profile_document(profile: Profile) -> dict[str, Any]:
         "faster_precision": profile.faster_precision,
         "verdict": profile.verdict,
     }
+
+
+# What was moved to find out what is wrong.
+
+_LOOKS_PER_S = 100
+
+
+def motions_document(motions: Iterable[IdentificationMotion], folder: Path) -> list[dict[str, Any]]:
+    """Field `motions` of schema edge-ident/run/1.
+
+    Parameters
+    ----------
+    motions : iterable of IdentificationMotion
+    folder : Path
+        Of the run.
+    """
+    return [_motion(made, folder) for made in motions]
+
+
+def _motion(made: IdentificationMotion, folder: Path) -> dict[str, Any]:
+    plan = made.plan
+    return {
+        "file": made.file,
+        "sha256": file_sha256(folder / made.file),
+        "designed": plan is not None,
+        "duration_s": made.duration_s,
+        "recorded_s": made.trajectory.duration_s,
+        "purpose": purpose(made),
+        "peaks": peaks(made),
+        "limits": {} if plan is None else {n: uses_document(use) for n, use in plan.axes.items()},
+        "pairs": [] if plan is None else pair_documents(plan.pairs),
+        "axes": {name: _known_after(axis) for name, axis in made.found.axes.items()},
+        "ruled_out": {name: list(effects) for name, effects in (made.ruled_out or {}).items()},
+    }
+
+
+def _known_after(axis: AxisIdentification) -> dict[str, Any]:
+    """Verdict and possible causes once the motion is recorded."""
+    diagnosis = axis.diagnosis
+    if diagnosis is None:
+        return {"verdict": "adequate", "causes": [], "rivals": {}, "suspected": []}
+    return {
+        "verdict": diagnosis.verdict.value,
+        "causes": each_once(cause.term.effect for cause in diagnosis.causes),
+        "rivals": {
+            cause.term.effect: [other.effect for other in cause.inseparable]
+            for cause in diagnosis.causes
+        },
+        "suspected": each_once(cause.term.effect for cause in diagnosis.suspected),
+    }
+
+
+def each_once(names: Iterable[str]) -> list[str]:
+    """Names in their order."""
+    return list(dict.fromkeys(names))
+
+
+def purpose(made: IdentificationMotion) -> dict[str, list[str]]:
+    """What a motion was made to settle, by axis."""
+    found = {name: list(reasons) for name, reasons in made.sought.items()}
+    for pair in () if made.plan is None else made.plan.pairs:
+        if pair.separated:
+            found.setdefault(pair.axis, []).append(question(pair))
+    return found
+
+
+def peaks(made: IdentificationMotion) -> dict[str, dict[str, float]]:
+    """Largest travel from zero, speed and acceleration as commanded, and effort as recorded."""
+    trajectory, found = made.trajectory, {}
+    times = np.arange(0.0, trajectory.duration_s, 1.0 / _LOOKS_PER_S)
+    for name, motion in trajectory.axes.items():
+        way = reference(motion, times, trajectory.lead_in_s, 0.0)
+        effort = made.capture.recording.axes[name].effort
+        values = (way.position_rad, way.velocity_rad_s, way.acceleration_rad_s2, effort)
+        found[name] = {
+            field: float(np.max(np.abs(value)))
+            for (_, field, _), value in zip(QUANTITIES, values, strict=True)
+        }
+    return found
 
 
 # What the board identified by itself, as part of a run's document.

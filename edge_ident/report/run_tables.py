@@ -1,20 +1,36 @@
-"""A run for a person: the answer, the parameters, the gains; the rest on request."""
+"""What is shown of a run: the answer, parameters and gains, how it was found out, and charts."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
+from edge_ident.commissioning.rounds import VERIFICATION_FILE
 from edge_ident.commissioning.run import Outcome
+from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import Verification
+from edge_ident.errors import DataError
+from edge_ident.identification.identify import identify
+from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import Model
+from edge_ident.report.chart import Chart, Layer, Scale, across, of_axes
+from edge_ident.report.figure import drawn
 from edge_ident.report.findings import remarks
-from edge_ident.report.gain_report import promise_grid
-from edge_ident.report.gain_rows import designs_parts, gain_rows
-from edge_ident.report.identification import identification_parts, model_lines
-from edge_ident.report.numbers import parameter_grid
-from edge_ident.report.run_documents import run_steps
-from edge_ident.report.run_motions import motions_grid
+from edge_ident.report.gains import designs_parts, gain_rows, promise_grid
+from edge_ident.report.identification import identification_parts, identified_charts, model_lines
+from edge_ident.report.numbers import digits, parameter_grid
+from edge_ident.report.run_documents import each_once, purpose, run_steps
 from edge_ident.report.view import Answer, Grid, Line, Part, next_lines
-from edge_ident.support.words import listed
+from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording_files import load_recording
+from edge_ident.support.words import listed, spoken
 from firmware_interface.gains import AxisGains
+from firmware_interface.motion import Staircase
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Answer:
@@ -149,3 +165,137 @@ def tracking_grid(outcome: Outcome) -> Grid:
     ]
     headings = "axis, motion", "old gains", "new gains", "smaller by", "no change below", "verdict"
     return Grid("tracking error, rms", headings, rows)
+
+
+# How it was found out: each identification motion, and what it ruled out.
+
+
+def kind(made: IdentificationMotion) -> str:
+    """What a motion is, in a few words."""
+    stairs = any(isinstance(motion, Staircase) for motion in made.trajectory.axes.values())
+    shape = "staircase" if stairs else "sum of sines"
+    return f"{'designed ' if made.plan else ''}{shape}, {made.duration_s:.0f} s"
+
+
+def what_for(made: IdentificationMotion) -> str:
+    """What a motion was for, in words."""
+    asked = _by_axis(purpose(made))
+    return asked or "the first look"
+
+
+def what_it_showed(made: IdentificationMotion) -> str:
+    """What is known once a motion is recorded, in words."""
+    return "; ".join(f"{name}: {_shown(axis)}" for name, axis in made.found.axes.items())
+
+
+def what_it_ruled_out(made: IdentificationMotion) -> str:
+    """Possible causes of before that are none any more, in words."""
+    gone = {name: list(map(spoken, effects)) for name, effects in (made.ruled_out or {}).items()}
+    return _by_axis(gone)
+
+
+def motions_grid(separation: Separation) -> Grid:
+    """How it was found out: a row for each identification motion."""
+    rows = [
+        (
+            f"{made.file}\n{kind(made)}",
+            what_for(made),
+            what_it_showed(made),
+            what_it_ruled_out(made),
+        )
+        for made in separation.motions
+    ]
+    headings = ("motion", "what it was for", "what is known then", "ruled out")
+    return Grid("how it was found out", headings, rows, note=separation.ended)
+
+
+def _by_axis(said: Mapping[str, list[str]]) -> str:
+    return "; ".join(f"{name}: {listed(parts)}" for name, parts in said.items() if parts)
+
+
+def _shown(axis: AxisIdentification) -> str:
+    diagnosis = axis.diagnosis
+    if diagnosis is None:
+        return "the base model is enough"
+    parts = []
+    for cause in diagnosis.causes:
+        rivals = [spoken(other.effect) for other in cause.inseparable]
+        parts.append(" or ".join([spoken(cause.term.effect), *rivals]))
+    suspected = each_once(spoken(cause.term.effect) for cause in diagnosis.suspected)
+    said = [f"{diagnosis.verdict.value}, {listed(each_once(parts)) or 'no cause'}"]
+    return ", ".join(said + [f"{name} suspected" for name in suspected])
+
+
+# Charts of a run: effort and model over time, and tracking error with old and new gains.
+
+
+_INTERVALS: Final = 150  # the tracking error is drawn as its maximum in each of so many intervals
+
+
+def tracking_chart(key: str, name: str, before: Recording, after: Recording | None) -> Chart | None:
+    """Largest tracking error over time; None where the recording has no reference."""
+    layers = [
+        layer
+        for style, label, recording in (
+            ("base", "old gains", before),
+            ("extended", "new gains", after),
+        )
+        if recording is not None and (layer := _largest(style, label, name, recording))
+    ]
+    if not layers:
+        return None
+    every = np.concatenate([layer.y for layer in layers])
+    peaks = ", ".join(
+        f"{layer.label} up to {digits(1e3 * float(np.max(layer.y)), 3)} mrad" for layer in layers
+    )
+    return Chart(
+        key,
+        "How far the axis is from its path",
+        f"Largest tracking error in {_INTERVALS} intervals of time: {peaks}.",
+        ("time", "s"),
+        ("tracking error", before.axes[name].position_unit),
+        across(np.concatenate([layer.x for layer in layers])),
+        Scale(0.6 * float(np.min(every)), 1.3 * float(np.max(every)), "log"),
+        tuple(layers),
+        caption="Logarithmic scale: from one number to the next, the error is ten times larger.",
+    )
+
+
+def _largest(style: str, label: str, name: str, recording: Recording) -> Layer | None:
+    axis = recording.axes.get(name)
+    if axis is None or axis.reference is None:
+        return None
+    error = np.abs(axis.reference - axis.position)
+    largest = np.array([np.max(part) for part in np.array_split(error, _INTERVALS)])
+    time_s = np.linspace(0.0, recording.time_s[-1] - recording.time_s[0], _INTERVALS)
+    seen = largest > 0.0
+    return Layer("line", style, time_s[seen], largest[seen], label) if np.any(seen) else None
+
+
+def draw_run(folder: Path) -> "Figure":
+    """Draw effort against model, the residual, and tracking error before and after.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds a capture and, where gains were written, a verification.
+
+    Raises
+    ------
+    DataError
+        There is no capture, or matplotlib is not installed.
+    """
+    if not (folder / CAPTURE_FILE).is_file():
+        raise DataError(
+            f"{folder} has no {CAPTURE_FILE}",
+            "give the folder of a run or a capture that came to its end; edge-ident identify reads "
+            "a part of a capture",
+        )
+    before = load_recording(folder / CAPTURE_FILE)
+    verification = folder / VERIFICATION_FILE
+    after = load_recording(verification) if verification.is_file() else None
+    charts = {}
+    for name, axis in identify(before).axes.items():
+        tracking = tracking_chart("", name, before, after)
+        charts[name] = [*identified_charts("", axis), *([tracking] if tracking else [])]
+    return drawn(of_axes(charts))

@@ -9,20 +9,22 @@ from edge_ident.diagnosis import wording as terms
 from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.wording import distinct_causes
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel, Estimate, base_axis
+from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart, Layer, across, around
 from edge_ident.report.diagnosis_documents import explained_variance
 from edge_ident.report.numbers import (
     EFFECTIVE,
     digits,
+    effective_rows,
     effort_word,
+    estimate_rows,
     sentence,
     unit_text,
     with_interval,
 )
-from edge_ident.report.page.diagnosis_card import distinct
 from edge_ident.report.page.diagnosis_charts import (
     busiest,
     cause_chart,
@@ -303,7 +305,7 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
     diagnosis : Diagnosis
     """
     axis, axes = diagnosis.axes[name], diagnosis.axes
-    shown = [c for c in distinct(axis.causes) if c.term.effect in axis.traces.contributions]
+    shown = [c for c in distinct_causes(axis.causes) if c.term.effect in axis.traces.contributions]
     validation = diagnosis.validation.get(name)
     return AxisDetails(
         key=key,
@@ -339,35 +341,15 @@ def _models(axis: AxisDiagnosis) -> dict[str, ModelFit]:
 
 
 def _parameters(axis: AxisDiagnosis) -> Grid:
-    models = _models(axis)
-    columns = [_values(fit, axis.model) for fit in models.values()]
-    rows: list[Row] = [
-        (spoken(name), *(with_interval(*column[name]) for column in columns), unit)
-        for name, unit in zip(PARAMETERS, _units(axis.model), strict=True)
-    ]
+    models, units = _models(axis), _units(axis.model)
+    rows = estimate_rows([fit.estimate for fit in models.values()], units, with_interval)
     title = "Parameters, with 95 % intervals"
     if axis.causes and axis.extended.effective is not None:
-        rows += _line_rows(axis.base.estimate, axis.extended.effective, _units(axis.model))
+        # the simple model's friction is a line already
+        lines = [axis.base.estimate, axis.extended.effective]
+        rows += effective_rows(lines, units, with_interval)
         title += f" ({EFFECTIVE})"
     return Grid(title, ("", *models, "unit"), rows)
-
-
-def _line_rows(base: Estimate, line: Estimate, units: list[str]) -> list[Row]:
-    """The line through the friction curve, which the simple model's friction is already."""
-    return [
-        (
-            f"effective {spoken(name)}",
-            *(with_interval(float(e.parameters[i]), float(e.std[i])) for e in (base, line)),
-            units[i],
-        )
-        for i, name in enumerate(PARAMETERS[1:], 1)
-    ]
-
-
-def _values(fit: ModelFit, model: AxisModel) -> dict[str, tuple[float, float | None]]:
-    base = base_axis(fit.estimate, *model.units)
-    entries = values_document(base.terms[0], base)
-    return {name: (entry["value"], entry["std"]) for name, entry in entries.items()}
 
 
 def _units(model: AxisModel) -> list[str]:
@@ -405,8 +387,6 @@ def _follows(name: str, diagnosis: Diagnosis) -> Grid:
 
 
 def _conditions(axis: AxisDiagnosis) -> Grid:
-    timing = axis.timing
-    way = "late" if timing.shift_samples >= 0.0 else "early"
     valid = axis.traces.valid
     rows: list[Row] = [
         ("Noise floor", f"{terms.percent(axis.noise_floor)}, {axis.noise_floor_source}"),
@@ -414,8 +394,7 @@ def _conditions(axis: AxisDiagnosis) -> Grid:
          f"{terms.percent(axis.share_in_band)} of the variance of the effort"),
         ("Encoder noise dominates from", f"{digits(axis.knee_hz, 3)} Hz"
          if axis.knee_hz < axis.cutoff_hz else "nowhere in this band"),
-        ("Timing", f"effort is {abs(timing.shift_samples):.2f} ± {timing.std_samples:.2f} samples "
-         f"{way} ({digits(1e3 * abs(timing.shift_s), 3)} ms); part of both models"),
+        ("Timing", sentence(terms.timing_sentence(axis.timing))),
         ("Samples that count", f"{int(valid.sum())} of {len(valid)}"),
     ]  # fmt: skip
     return Grid("How it was compared", ("", ""), rows)

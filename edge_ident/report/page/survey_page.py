@@ -14,9 +14,15 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import NORMAL_95
 from edge_ident.report.chart import Scale, around
 from edge_ident.report.numbers import digits, minus, sentence, to_its_std, unit_text
-from edge_ident.report.page.card import IntervalPicture, IntervalRow, Status, number
-from edge_ident.report.page.rendering import Provenance, write_html
-from edge_ident.report.survey_wording import (
+from edge_ident.report.page.rendering import (
+    IntervalPicture,
+    IntervalRow,
+    Provenance,
+    Status,
+    number,
+    write_html,
+)
+from edge_ident.report.survey import (
     JUDGED,
     by_interest,
     causes_words,

@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 import edge_ident
 from edge_ident.cli import app
 from edge_ident.fleet.survey import FOLDER
-from edge_ident.report.survey_tables import with_std
+from edge_ident.report.survey import with_std
 from tests.processes import running
 
 

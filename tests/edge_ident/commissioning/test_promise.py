@@ -36,7 +36,7 @@ from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError, GainError, ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import AxisModel, Estimate, Model, base_axis
-from edge_ident.report.gain_report import promise_document, promise_grid
+from edge_ident.report.gains import promise_document, promise_grid
 from edge_ident.signals.filters import differentiate
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads, tracking_errors

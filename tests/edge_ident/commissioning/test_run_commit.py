@@ -9,7 +9,7 @@ import pytest
 
 from edge_ident.commissioning.gain_transfer import load_gains
 from edge_ident.commissioning.run import Outcome, Plan, commission
-from edge_ident.report.gain_report import commit_document
+from edge_ident.report.gains import commit_document
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank
 from firmware_interface.registers import AXES, Result, State

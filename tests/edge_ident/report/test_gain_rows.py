@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from edge_ident.report.gain_rows import GainRow, gain_rows
+from edge_ident.report.gains import GainRow, gain_rows
 from firmware_interface.gains import TABLE_ENTRIES, AxisGains
 
 PLAIN = AxisGains(30.0, 4.0, 0.0, 0.002, 0.25, 0.9, 1.4, 0.002, 0.03)

@@ -19,7 +19,7 @@ from edge_ident.fleet.survey import compare_units
 from edge_ident.report.diagnosis_documents import diagnosis_document
 from edge_ident.report.documents import identification_document
 from edge_ident.report.page.survey_page import write_survey_page
-from edge_ident.report.survey_tables import (
+from edge_ident.report.survey import (
     survey_document,
     survey_lines,
     with_std,

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from edge_ident.commissioning.latency import Profile, ProfileRun
-from edge_ident.report.profile_report import bar_texts, bars, save_waterfall
+from edge_ident.report.machine import bar_texts, bars, save_waterfall
 
 STAGES = {"signals": [4.0, 4.0, 8.0], "network": [2.0, 2.0, 2.0], "gains": [6.0, 6.0, 12.0]}
 RUN = ProfileRun("warm", "fp32", "rank_one", {**STAGES, "total": [12.0, 12.0, 22.0]})

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 import edge_ident
 from edge_ident.cli import app
-from edge_ident.report.page.diagnosis_card import diagnosis_card
+from edge_ident.report.page.diagnosis_page import diagnosis_card
 from edge_ident.signals.tracking import Tracking, tracking
 
 Array = NDArray[np.float64]

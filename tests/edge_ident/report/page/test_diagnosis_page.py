@@ -16,9 +16,8 @@ from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
 from edge_ident.report.diagnosis_documents import diagnosis_document
 from edge_ident.report.numbers import digits, sentence
-from edge_ident.report.page.diagnosis_card import diagnosis_card
 from edge_ident.report.page.diagnosis_charts import _to_and_fro, broken
-from edge_ident.report.page.diagnosis_page import write_page
+from edge_ident.report.page.diagnosis_page import diagnosis_card, write_page
 from edge_ident.report.page.rendering import Provenance
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, document, read

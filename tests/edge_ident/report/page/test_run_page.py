@@ -13,7 +13,7 @@ from edge_ident.commissioning.verification import GainChange, Tracking, Verifica
 from edge_ident.control.compensation import Unused, Used
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.estimation.trust import Finding
-from edge_ident.report.gain_report import promise_document, promise_rows
+from edge_ident.report.gains import promise_document, promise_rows
 from edge_ident.report.page.run_page import write_run_page
 from edge_ident.signals.recording_files import save_recording
 from tests.edge_ident.diagnosis import hand_made

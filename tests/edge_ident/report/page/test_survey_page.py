@@ -18,7 +18,7 @@ from edge_ident.fleet.result import (
 )
 from edge_ident.fleet.survey import compare_units
 from edge_ident.report.page.survey_page import write_survey_page
-from edge_ident.report.survey_tables import survey_document, survey_lines, write_survey_tables
+from edge_ident.report.survey import survey_document, survey_lines, write_survey_tables
 from edge_ident.support.words import visible
 from tests.edge_ident.report.page.pages import check_numbers, check_structure, read
 

@@ -1,17 +1,20 @@
-"""What a file holds: columns with the reason for each, and a small picture of the recording."""
+"""What a file holds, column by column, and a recording: a row for each axis, a small picture."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.report.view import ResultView, grid_of
 from edge_ident.signals.contract_columns import EFFORTS, parse_name
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import Inspection
 from edge_ident.signals.scale_checks import check_scales
 from edge_ident.signals.time_stamps import EvenGrid
+from edge_ident.support.rows import Cell, Table, table_of
 
 Array = NDArray[np.float64]
 
@@ -135,3 +138,46 @@ def _range(values: Array) -> Sequence[float]:
 
 def _period(recording: Recording) -> float:
     return EvenGrid.of(recording.time_s).period_s
+
+
+# A recording: a row for each axis.
+
+_OF_RECORDINGS = (
+    "axis", "lowest_position", "highest_position", "position_unit", "rms_effort", "peak_effort",
+    "effort_unit", "also",
+)  # fmt: skip
+_ALSO = ("reference", "velocity", "temperature_c")
+
+
+def recording_table(recording: Recording) -> Table:
+    """Columns of `_OF_RECORDINGS`; an axis without a drive has no effort."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, axis in recording.axes.items():
+        also = ", ".join(what for what in _ALSO if getattr(axis, what) is not None)
+        effort = np.asarray(axis.effort, dtype=np.float64)
+        rms, peak = float(np.sqrt(np.mean(effort**2))), float(np.max(np.abs(effort)))
+        rows.append(
+            (name, *_ends(axis.position), axis.position_unit, rms, peak, axis.effort_unit, also)
+        )
+    for name, passive in recording.passive.items():
+        ends = _ends(passive.position)
+        rows.append((name, *ends, passive.position_unit, None, None, None, "no drive"))
+    return table_of(_OF_RECORDINGS, rows)
+
+
+def length_in_words(recording: Recording) -> str:
+    """Source, samples, duration and rate, in one line."""
+    time_s = recording.time_s
+    duration_s = float(time_s[-1] - time_s[0]) if len(time_s) > 1 else 0.0
+    said = f"{recording.source}: {len(time_s)} samples, {duration_s:.4g} s"
+    return said + (f", {(len(time_s) - 1) / duration_s:.4g} Hz" if duration_s > 0.0 else "")
+
+
+def _ends(position: np.ndarray) -> tuple[float, float]:
+    return float(np.min(position)), float(np.max(position))
+
+
+def recording_view(recording: Recording) -> ResultView:
+    """What a recording holds."""
+    table = partial(recording_table, recording)
+    return ResultView(table, lambda: [grid_of(table(), length_in_words(recording))])
