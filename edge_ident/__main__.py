@@ -16,8 +16,15 @@ import sys
 from importlib.util import find_spec
 from typing import Final
 
-from edge_ident.support.interrupts import INTERRUPTED, end_at_once, exit_code_counts, uncut
-from edge_ident.support.streams import flushed, open_closed, show_any_character
+from edge_ident.support.process import (
+    INTERRUPTED,
+    end_at_once,
+    exit_code_counts,
+    flushed,
+    open_closed,
+    show_any_character,
+    uncut,
+)
 
 _ALLOCATED: Final = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""

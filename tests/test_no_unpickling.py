@@ -30,7 +30,7 @@ def test_no_source_unpickles() -> None:
                 assert not names & {"pickle", "marshal", "shelve", "dill", "joblib"}, path
             elif isinstance(node, ast.Call):
                 if ast.unparse(node) == "exec('')":
-                    continue  # code that says nothing (`edge_ident.support.interrupts`)
+                    continue  # code that says nothing (`edge_ident.support.process`)
                 if ast.unparse(node) == "exec(own_code, vars(module))":
                     continue  # the caller's own program, as far as it registers effects
                 called = ast.unparse(node.func)

@@ -17,7 +17,7 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import ParameterSource
 from edge_ident.model.model import Model
 from edge_ident.model.model_files import load_model, save_model
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
 from edge_ident.support.documents import to_json

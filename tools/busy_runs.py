@@ -26,7 +26,7 @@ sys.path[:0] = [str(_ROOT / "tests" / "firmware_interface")]
 
 from conformance_boards import build_firmware, c_command, python_command, serving  # noqa: E402
 
-from edge_ident.support.interrupts import end_as_by_ctrl_c  # noqa: E402
+from edge_ident.support.process import end_as_by_ctrl_c  # noqa: E402
 
 _RUN: Final = (sys.executable, "-m", "edge_ident", "run", "--no-diagnose", "--json")
 _COMPUTE: Final = (sys.executable, "-c", "while True: pass")

@@ -31,7 +31,7 @@ from conformance_boards import build_firmware, c_command  # noqa: E402
 
 import edge_ident  # noqa: E402
 from edge_ident.report.gains import gain_rows  # noqa: E402
-from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c  # noqa: E402
+from edge_ident.support.process import INTERRUPTED, end_as_by_ctrl_c  # noqa: E402
 from firmware_interface.gains import AxisGains, Bank  # noqa: E402
 from tests.processes import running  # noqa: E402
 

@@ -10,15 +10,15 @@ from typing import Final
 import typer
 from typer.models import CommandInfo
 
-from edge_ident.cli import root, settings
-from edge_ident.cli.command import failure_of, tell, with_example
-from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, uncut
+from edge_ident.cli import settings
+from edge_ident.cli.command import RootGroup, begin, failure_of, tell, with_example
+from edge_ident.support.process import INTERRUPTED, end_as_by_ctrl_c, uncut
 
 GROUPS: Final = {
     "A board and its machine": {
         "init": "init",
-        "ports": "checkup",
-        "doctor": "checkup",
+        "ports": "machine",
+        "doctor": "machine",
         "run": "run",
         "capture": "run",
         "gains": "gains",
@@ -26,12 +26,12 @@ GROUPS: Final = {
         "hold": "machine",
         "stop": "machine",
         "clear-fault": "machine",
-        "registers": "checkup",
-        "report": "run_report",
-        "profile": "checkup",
+        "registers": "machine",
+        "report": "run",
+        "profile": "machine",
     },
     "Recordings": {
-        "import": "import_file",
+        "import": "identify",
         "identify": "identify",
         "diagnose": "diagnose",
         "plan": "diagnose",
@@ -39,7 +39,7 @@ GROUPS: Final = {
         "compare": "identify",
     },
     "Without a machine": {
-        "simulate": "simulate",
+        "simulate": "board",
         "board": "board",
         "plant": "board",
     },
@@ -89,9 +89,9 @@ def whole_app() -> typer.Typer:
 def _app_of(modules: Iterable[str]) -> typer.Typer:
     app = typer.Typer(
         name="edge-ident",
-        cls=root.RootGroup,
-        callback=root.begin,
-        help=with_example(root.begin.__doc__ or ""),
+        cls=RootGroup,
+        callback=begin,
+        help=with_example(begin.__doc__ or ""),
         no_args_is_help=True,
         rich_markup_mode=None,  # a panel cuts words where the terminal is narrow
         pretty_exceptions_enable=False,

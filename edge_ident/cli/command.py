@@ -1,4 +1,6 @@
-"""What makes a function a command: groups of options, exit codes, help in sentences."""
+"""What makes a function a command: groups of options, exit codes, help in sentences; and what comes
+before its name: the version, how much is told, the user's settings.
+"""
 
 import copy
 import errno
@@ -18,6 +20,8 @@ from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 import typer
 from typer.core import TyperGroup
 
+import edge_ident
+from edge_ident.cli import settings
 from edge_ident.cli.messages import (
     NORMAL,
     Verbosity,
@@ -28,8 +32,7 @@ from edge_ident.cli.messages import (
     telling,
 )
 from edge_ident.errors import EdgeIdentError
-from edge_ident.support.interrupts import INTERRUPTED, interrupted
-from edge_ident.support.streams import flushed
+from edge_ident.support.process import INTERRUPTED, flushed, interrupted
 from edge_ident.support.words import on_a_line
 
 # What makes a function a command: groups of options, and errors turned into exit codes.
@@ -344,3 +347,74 @@ def _remedy(error: OSError) -> str:
     full = error.errno in _NO_ROOM
     remedy = "free some space on that disk" if full else "check the path and your rights to it"
     return f"{remedy}, or choose another folder with --output"
+
+
+# What comes before the name of a command: the version, how much is told, the user's settings.
+
+# the base of all of typer's usage errors has no public name
+_UsageError: Final[type[Any]] = typer.BadParameter.__mro__[1]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"edge-ident {edge_ident.__version__}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version."),
+]
+
+
+def begin(
+    context: typer.Context,
+    *,
+    version: Version = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Identify a feed drive, diagnose its model, and write better gains back safely.
+
+    Results go to stdout, messages to stderr. `edge-ident COMMAND --help` explains a command.
+
+    Example: `edge-ident run --device virtual`
+    """
+    context.obj = Beginning(Verbosity(quiet, verbose), settings.use_settings(context))
+
+
+class RootGroup(CommandGroup):
+    """All commands; a usage error is also a document where --json was given."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        take_plain_numbers(self)
+
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
+        """Parse what stands before the command."""
+        self._as_json = "--json" in args
+        with self._reported():
+            return super().make_context(info_name, args, *more, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Parse the rest, and run the command."""
+        with self._reported():
+            return super().invoke(ctx)
+
+    @contextmanager
+    def _reported(self) -> Iterator[None]:
+        """Report what ends the command line before, between and after its commands."""
+        try:
+            yield
+        except typer.Exit:
+            raise
+        except _UsageError as error:
+            if self._as_json:
+                path = error.ctx.command_path if error.ctx else "edge-ident"
+                cause = error.format_message()
+                print_failure(error, Failure(USAGE, "usage", cause, f"see {path} --help"))
+            raise
+        except (Exception, KeyboardInterrupt) as error:
+            if failure_of(error) is not INTERRUPTION:
+                raise
+            raise typer.Exit(tell(error, INTERRUPTION, as_json=self._as_json)) from error

@@ -9,7 +9,7 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
-from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.messages import print_document, say, shown_progress
 from edge_ident.cli.options import (
     Details,
     DriveFile,
@@ -25,7 +25,6 @@ from edge_ident.cli.options import (
     part,
     save_result_model,
 )
-from edge_ident.cli.progress import shown_progress
 from edge_ident.support.stopwatch import keep
 
 # The command diagnose: what a model gets wrong, and why.

@@ -11,7 +11,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, with_example
 from edge_ident.cli.file_options import RecordingOptions
-from edge_ident.cli.messages import say
+from edge_ident.cli.messages import progress_if_any, say, shown_progress
 from edge_ident.cli.options import (
     Bandwidth,
     BoardOptions,
@@ -25,7 +25,6 @@ from edge_ident.cli.options import (
     given_model,
     model_for,
 )
-from edge_ident.cli.progress import progress_if_any, shown_progress
 from edge_ident.cli.sessions import connected, located
 from edge_ident.support.words import listed
 

@@ -1,6 +1,6 @@
-"""Commands that identify a recording: identify, and compare, several methods side by side."""
+"""Commands on one recording: import, identify, and compare, several methods side by side."""
 
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -8,26 +8,29 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import RecordingOptions
-from edge_ident.cli.messages import say
+from edge_ident.cli.messages import print_document, progress_if_any, say, shown_progress
 from edge_ident.cli.options import (
     Details,
+    Json,
     ModelFile,
     NetworkFile,
     NetworkOptions,
     NoDiagnose,
+    OptionalRecordingOutput,
     ResultOptions,
     Seed,
     check_no_run,
     model_for,
+    recording_file,
     save_result_model,
 )
-from edge_ident.cli.progress import progress_if_any, shown_progress
 
 # The command identify: from a recording to parameters.
 
 
 def register(app: typer.Typer) -> None:
     """Add this file's commands."""
+    app.command("import")(import_file)
     app.command()(identify)
     app.command()(compare)
 
@@ -131,3 +134,54 @@ def compare(
     results.show(found)
     if not found.answered:
         raise typer.Exit(UNTRUSTED)
+
+
+# The command import: what a file of another program holds, and a recording made of it.
+
+
+@command
+def import_file(
+    *, recording: RecordingOptions, output: OptionalRecordingOutput = None, json: Json = False
+) -> None:
+    """Show the columns, units and sampling of a file, and convert it to a recording in SI units.
+
+    If the meaning of a column is not certain, a proposal is printed with the command that accepts
+    it, and nothing is written. All commands that read a recording have the same options. With
+    --output, the recording is written to that file or folder, and its path is printed.
+
+    Example: `edge-ident import scope.csv --unit Position=mm -o drive.npz`
+    """
+    target = None if output is None else recording_file(output)
+    if target is not None and target.exists() and target.samefile(recording.file):
+        raise typer.BadParameter(
+            f"{target} is the file to import, which may hold more than the recording",
+            param_hint="--output",
+        )
+    found = recording.inspect(recording.file)
+    if found.questions:
+        _ask(found, recording, json)
+    made = found.recording()
+    if target is not None:
+        edge_ident.save_recording(made, target)
+    for line in (*report.resting_lines(found, made), *report.scale_lines(made)):
+        say(line)
+    if json:
+        print_document(report.import_document(found, made, target))
+        return
+    tell = print if target is None else say  # where a file is written, its path is the result
+    for line in (*report.inspection_lines(found), *report.recording_lines(made)):
+        tell(line)
+    if target is not None:
+        print(target)
+
+
+def _ask(found: "edge_ident.Inspection", recording: RecordingOptions, as_json: bool) -> NoReturn:
+    """Show a proposal, what is not certain of it, and the command that accepts it."""
+    if as_json:
+        print_document(report.import_document(found, None, None))
+    else:
+        for line in report.inspection_lines(found):
+            print(line)
+    say(f"error: {recording.doubt(found)}")
+    say(f"next:  {recording.accepting(found, recording.file)}")
+    raise typer.Exit(edge_ident.DataError.exit_code)

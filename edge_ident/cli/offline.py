@@ -9,9 +9,15 @@ import typer
 
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
-from edge_ident.cli.messages import print_document, say, say_always
+from edge_ident.cli.messages import (
+    Progress,
+    duration,
+    print_document,
+    say,
+    say_always,
+    shown_progress,
+)
 from edge_ident.cli.options import Json, ModelFile, given_model, result_folder
-from edge_ident.cli.progress import Progress, duration, shown_progress
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"

@@ -1,4 +1,4 @@
-"""Commands that move the axes and record: run, the whole job on a board, and capture."""
+"""Commands that move the axes and record: run, the whole job on a board; capture; and report."""
 
 import math
 from dataclasses import dataclass, replace
@@ -10,14 +10,14 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command, noting
-from edge_ident.cli.hiding import HideOptions
-from edge_ident.cli.messages import say
+from edge_ident.cli.messages import print_document, say, shown_progress
 from edge_ident.cli.options import (
     MOTIONS,
     Bandwidth,
     BoardOptions,
     Cycles,
     Details,
+    HideOptions,
     Machine,
     ModelFile,
     MotionName,
@@ -31,7 +31,6 @@ from edge_ident.cli.options import (
     save_result_model,
     true_part,
 )
-from edge_ident.cli.progress import shown_progress
 from edge_ident.cli.sessions import session
 
 if TYPE_CHECKING:
@@ -165,6 +164,7 @@ def register(app: typer.Typer) -> None:
     """Add this file's commands."""
     app.command()(run)
     app.command()(capture)
+    app.command("report")(draw_report)
 
 
 @command
@@ -314,3 +314,29 @@ def capture(
         print(path, flush=True)
         faults.tell(hidden)
         say(f"identify it with: edge-ident identify {path}")
+
+
+# The command report: what a run measured, as a figure.
+
+
+@command
+def draw_report(
+    *,
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder written by run or capture.")
+    ],
+    results: ResultOptions,
+) -> None:
+    """Draw the results of a run: effort and model, residual, tracking error before and after.
+
+    The figure is written to report.png in the folder of the run, or in the folder given by
+    --output. Its path is printed.
+
+    Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
+    """
+    figure = report.drawn(report.run_charts(folder))
+    picture = report.save_figure(figure, results.file("report.png") or folder / "report.png")
+    if results.json:
+        print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
+    else:
+        print(picture)

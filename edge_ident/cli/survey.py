@@ -10,7 +10,7 @@ import edge_ident
 from edge_ident import report
 from edge_ident.cli.command import FILE, UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
-from edge_ident.cli.messages import detail, say
+from edge_ident.cli.messages import detail, say, shown_progress
 from edge_ident.cli.options import (
     Json,
     Machine,
@@ -21,7 +21,6 @@ from edge_ident.cli.options import (
     given_model,
     result_folder,
 )
-from edge_ident.cli.progress import shown_progress
 
 RecordingFolder = Annotated[
     Path, typer.Argument(metavar="FOLDER", help="Folder with recordings; subfolders count, too.")

@@ -19,7 +19,7 @@ from edge_ident.signals.data_checks import MINIMUM_SAMPLES, check_recording
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Array, AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from edge_ident.support.interrupts import deaf_to_interrupts, uncut
+from edge_ident.support.process import deaf_to_interrupts, uncut
 from firmware_interface.board import AxisLimits, Board, CapturePage
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
 from firmware_interface.control_law import exact_effort_nm

@@ -18,7 +18,7 @@ from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
-from edge_ident.support.interrupts import deaf_to_interrupts, end_as_by_ctrl_c, uncut
+from edge_ident.support.process import deaf_to_interrupts, end_as_by_ctrl_c, uncut
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.connection import open_link

@@ -14,7 +14,7 @@ import numpy as np
 
 from edge_ident.errors import BoardError, DataError, EdgeIdentError, GainError
 from edge_ident.support.documents import no_file, read_json, write_json
-from edge_ident.support.interrupts import deaf_to_interrupts, uncut
+from edge_ident.support.process import deaf_to_interrupts, uncut
 from firmware_interface.board import AxisLimits, Board, BoardIdentity
 from firmware_interface.board_gains import RunningCommit
 from firmware_interface.control_law import feedback_stable

@@ -14,7 +14,7 @@ from typing import Final
 
 from edge_ident.commissioning.ports import holders_of
 from edge_ident.errors import BoardError, EdgeIdentError, LinkError
-from edge_ident.support.interrupts import deaf_to_interrupts, ended_by_suspension, uncut
+from edge_ident.support.process import deaf_to_interrupts, ended_by_suspension, uncut
 from edge_ident.support.words import listed
 from firmware_interface.board import Board, BoardStatus
 from firmware_interface.board_checks import fault_error

@@ -34,7 +34,7 @@ _READERS: Final = {
     ".hdf5": ("measurement_files", "read_hdf5"),
     ".tdms": ("measurement_files", "read_tdms"),
     ".parquet": ("reading", "read_parquet"),
-    ".xlsx": ("excel", "read_xlsx"),
+    ".xlsx": ("measurement_files", "read_xlsx"),
     ".bag": ("bags", "read_bag"),
     ".db3": ("bags", "read_bag"),
     ".mcap": ("bags", "read_bag"),

@@ -2,11 +2,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from edge_ident.support.rows import Readable
 
 Kind = Literal["supported", "suspected", "minor"]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A file of the folder.
+
+    Attributes
+    ----------
+    path : Path
+    name : str
+        Path inside the folder, with slashes.
+    unit : str
+    """
+
+    path: Path
+    name: str
+    unit: str
 
 
 @dataclass(frozen=True)

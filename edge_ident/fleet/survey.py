@@ -2,38 +2,45 @@
 
 import hashlib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections import Counter
+from collections.abc import Callable, Mapping
+from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
-import numpy as np
-
-from edge_ident.diagnosis.measures import TOLERANCE
+from edge_ident.errors import DataError
+from edge_ident.files.reading import ENDINGS
 from edge_ident.fleet.analysis import Options, failure_of
-from edge_ident.fleet.between_units import FEWEST_UNITS, distances, spread_of
-from edge_ident.fleet.folder import Found, Units, find_recordings
+from edge_ident.fleet.between_units import compare_units
 from edge_ident.fleet.result import (
-    Comparison,
     Failed,
+    Found,
     Survey,
     SurveyedAxis,
     SurveyedCause,
     SurveyedRecording,
-    UnitValue,
     Value,
 )
 from edge_ident.fleet.workers import Outcomes, Task, run_on_cluster, run_processes
-from edge_ident.model.effects import named
-from edge_ident.model.model import NORMAL_95, PARAMETERS, Array
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.read_columns import ReadOptions
-from edge_ident.support.documents import file_sha256, read_json, to_json, write_json
+from edge_ident.support.documents import (
+    DEEPEST,
+    MOST_FILES,
+    TooLargeError,
+    check_size,
+    file_sha256,
+    read_json,
+    to_json,
+    write_json,
+)
 from edge_ident.support.given import check_type, path
 from edge_ident.support.given import number as check_number
 from edge_ident.support.version import VERSION
 
 Progress = Callable[[str, int, int], None]
+Units = Literal["file", "folder"]
+"""What makes a unit: a recording, or all recordings of one subfolder."""
 
 
 def survey(
@@ -164,141 +171,122 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-# Which quantities of the units are compared, and with what values.
-#
-# - Every parameter of every axis.
-# - Every effect that is a supported cause anywhere, by its share of the rms effort. Effects that a
-#   recording does not separate are one quantity. Where an effect was not found, its share is zero
-#   within the tolerance; where it is only suspected, or the motion could not show it, the unit is
-#   left out. An effect tied to time belongs to a recording and not to a unit: it is not compared.
-#
-# An axis that is not trusted is not compared. Several recordings of a unit become one value.
+# The recordings of a folder, and whose they are.
 
-Axes = Sequence[tuple[str, SurveyedAxis]]
-"""One axis of several recordings, each with its unit."""
-Measured = Mapping[str, list[tuple[float, float]]]
-"""Values with their deviations, by unit."""
-
-# Deviation of the share of an effect not found: 95 % sure to be below what is worth naming.
-_NOT_FOUND_STD: Final = TOLERANCE / NORMAL_95
+RESULT: Final = "survey.json"
+"""What a folder of results has in it; its tables are no recordings."""
+# Files that `edge-ident run` and `capture` write into the folder of a recording.
+_BESIDE_CAPTURES: Final = ("log.txt",)
 
 
-def compare_units(recordings: Iterable[SurveyedRecording]) -> tuple[Comparison, ...]:
-    """Compare the units in every quantity.
+def find_recordings(
+    folder: Path, units: Units, pattern: str | None, output: Path | None
+) -> tuple[list[Found], tuple[str, ...]]:
+    """Find the recordings of a folder and its subfolders, by name.
 
     Parameters
     ----------
-    recordings : iterable of SurveyedRecording
+    folder : Path
+    units : {"file", "folder"}
+    pattern : str or None
+        Of the files to take, such as `*.csv`; None: by the endings that are known.
+    output : Path or None
+        Folder of results, which is left out, as every one with a `survey.json` is.
+
+    Returns
+    -------
+    list of Found
+    tuple of str
+        Names of the files that were left out.
+
+    Raises
+    ------
+    DataError
+        There is no such folder, no recording in it, it lies in that of the results, or it holds
+        more than `edge_ident.support.documents` allow.
     """
-    axes: dict[tuple[str, str], list[tuple[str, SurveyedAxis]]] = {}
-    for recording in recordings:
-        for name, axis in recording.axes.items():
-            if axis.trusted:
-                kind = (name, axis.parameters[PARAMETERS[0]].unit)
-                axes.setdefault(kind, []).append((recording.unit, axis))
-    found = [
-        (name, *quantity)
-        for (name, _), of_axis in axes.items()
-        for quantity in (*_parameters(of_axis), *_effects(of_axis))
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder", "give the folder that holds the recordings")
+    if output is not None and folder.resolve().is_relative_to(output.resolve()):
+        raise DataError(
+            f"{output}: the recordings are in the folder for the results",
+            "choose another folder for the results with --output",
+        )
+    try:
+        every = sorted(_files_below(folder))
+    except TooLargeError as error:
+        raise DataError(f"{folder}: {error}", "give a folder that holds recordings") from error
+    results = {path.parent for path in every if path.name == RESULT}
+    skipped = {path.resolve() for path in results | ({output} if output else set())}
+    files = [
+        path
+        for path in every
+        if path.is_file()
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+        and not skipped.intersection(path.resolve().parents)
     ]
-    values = [_unit_values(measured) for *_, measured in found]
-    judged = sum(len(of) >= FEWEST_UNITS for of in values)
-    return tuple(
-        _comparison(axis, quantity, unit, of, judged)
-        for (axis, quantity, unit, _), of in zip(found, values, strict=True)
-    )
+    taken = [path for path in files if _taken(path, pattern)]
+    if not taken:
+        which = f"that is called {pattern}" if pattern else f"ending in {', '.join(ENDINGS)}"
+        raise DataError(
+            f"{folder}: there is no recording {which}",
+            "give the folder that holds the recordings, or choose them with --files PATTERN",
+        )
+    names = _unit_names(folder, taken, units)
+    found = [Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
+    left = tuple(path.relative_to(folder).as_posix() for path in files if path not in names)
+    return found, left
 
 
-def _parameters(axes: Axes) -> Iterator[tuple[str, str, Measured]]:
-    for name in PARAMETERS:
-        measured: dict[str, list[tuple[float, float]]] = {}
-        for unit, axis in axes:
-            found = axis.parameters[name]
-            if found.std:
-                measured.setdefault(unit, []).append((found.value, found.std))
-        yield name, axes[0][1].parameters[name].unit, measured
+def _files_below(folder: Path) -> list[Path]:
+    """All that is no folder; links to folders are not followed.
 
-
-def _effects(axes: Axes) -> Iterator[tuple[str, str, Measured]]:
-    for group in effect_groups(axis for _, axis in axes):
-        measured: dict[str, list[tuple[float, float]]] = {}
-        for unit, axis in axes:
-            share = _share(axis, group)
-            if share is not None:
-                measured.setdefault(unit, []).append(share)
-        yield "/".join(sorted(group)), "", measured
-
-
-def effect_groups(axes: Iterable[SurveyedAxis]) -> list[frozenset[str]]:
-    """Effects that are a supported cause anywhere, together where a recording does not separate
-    them."""
-    found = [cause for axis in axes for cause in axis.causes if cause.kind != "suspected"]
-    names = {cause.effect for cause in found}
-    groups: list[frozenset[str]] = []
-    for linked in ({cause.effect, *(names & {*cause.alternatives})} for cause in found):
-        touched = [group for group in groups if group & linked]
-        groups = [group for group in groups if group not in touched]
-        groups.append(frozenset(linked).union(*touched))
-    supported = {cause.effect for cause in found if cause.kind == "supported"}
-    lasting = (group for group in groups if not any(named(one).tied_to_time for one in group))
-    return sorted((group for group in lasting if group & supported), key=sorted)
-
-
-def _share(axis: SurveyedAxis, group: frozenset[str]) -> tuple[float, float] | None:
-    """Share of the effort with its deviation; None where the recording does not say."""
-    of_group = [cause for cause in axis.causes if cause.effect in group]
-    certain = [cause for cause in of_group if cause.kind != "suspected"]
-    if certain:
-        share = float(np.hypot.reduce([cause.share for cause in certain]))
-        return share, float(np.hypot.reduce([cause.share_std for cause in certain]))
-    if of_group or axis.verdict is None or group & {*axis.not_testable}:
-        return None
-    return 0.0, _NOT_FOUND_STD
-
-
-def _unit_values(measured: Measured) -> dict[str, tuple[float, float]]:
-    """One value a unit: that of its recording, or the centre of those of several."""
-    values = {}
-    for unit, of in measured.items():
-        value, std = np.array(of).T
-        if len(of) > 1:
-            pooled = spread_of(value, std, np.ones((1, len(of)), dtype=np.bool_))
-            value, std = pooled.centre, pooled.std
-        values[unit] = (float(value[0]), float(std[0]))
-    return values
-
-
-def _if_alike(share: Array, std: Array) -> Array:
-    """Deviations that shares of an effect have in units that are all alike.
-
-    They grow with the share. Whether a unit differs from others that do not have the effect is a
-    question of what they may hide, and not of how well the size of its own is known.
+    Raises
+    ------
+    TooLargeError
+        There are too many, or folders in folders go too deep.
     """
-    relative = np.divide(std, share, out=np.zeros_like(std), where=share > 0.0)
-    return np.minimum(std, np.maximum(_NOT_FOUND_STD, relative * np.median(share)))
+    found: list[Path] = []
+    level = [folder]
+    for _ in range(DEEPEST):
+        inner: list[Path] = []
+        for one in level:
+            with suppress(PermissionError), os.scandir(one) as entries:
+                for entry in entries:
+                    (inner if entry.is_dir(follow_symlinks=False) else found).append(
+                        one / entry.name
+                    )
+        check_size("files", len(found), MOST_FILES)
+        if not inner:
+            return found
+        level = inner
+    raise TooLargeError(f"it is nested too deeply: at most {DEEPEST} levels are read")
 
 
-def _comparison(
-    axis: str, quantity: str, unit: str, values: Mapping[str, tuple[float, float]], judged: int
-) -> Comparison:
-    value, std = np.array([*values.values()]).reshape(-1, 2).T
-    found = distances(value, std if unit else _if_alike(value, std), judged)
-    return Comparison(
-        axis=axis,
-        quantity=quantity,
-        of_effect=not unit,
-        unit=unit,
-        centre=found.centre if found else None,
-        between=found.between if found else None,
-        units={
-            name: UnitValue(
-                *values[name],
-                float(found.distance[i]) if found else None,
-                bool(found.stands_out[i]) if found else False,
-            )
-            for i, name in enumerate(values)
-        },
-    )
+def _taken(path: Path, pattern: str | None) -> bool:
+    if pattern:
+        return path.match(pattern)
+    return path.name.lower().endswith(ENDINGS) and path.name not in _BESIDE_CAPTURES
+
+
+def _unit_names(folder: Path, files: list[Path], units: Units) -> dict[Path, str]:
+    """Units by subfolder; by file, without the ending where that is not needed."""
+    inside = {path: path.relative_to(folder) for path in files}
+    if units == "folder":
+        return {
+            path: name.parent.as_posix() if len(name.parts) > 1 else _without_ending(name)
+            for path, name in inside.items()
+        }
+    short = {path: _without_ending(name) for path, name in inside.items()}
+    often = Counter(short.values())
+    return {
+        path: short[path] if often[short[path]] == 1 else inside[path].as_posix() for path in files
+    }
+
+
+def _without_ending(name: Path) -> str:
+    plain = name.with_suffix("") if name.suffix.lower() == ".gz" else name
+    return plain.with_suffix("").as_posix()
 
 
 # Results that are kept, so that a second survey does only what is missing.

@@ -20,8 +20,7 @@ from typing import Any, Final
 
 from edge_ident.errors import DataError, LinkError
 from edge_ident.fleet.analysis import analyse_content
-from edge_ident.fleet.folder import Found
-from edge_ident.fleet.result import Failed
+from edge_ident.fleet.result import Failed, Found
 from edge_ident.support.version import VERSION
 
 # What is to be done, and what came of it; the same for processes and for a cluster.

@@ -9,8 +9,7 @@ from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
     from edge_ident.report.comparison_tables import comparison_document
-    from edge_ident.report.diagnosis import diagnosis_answer
-    from edge_ident.report.diagnosis_documents import diagnosis_document
+    from edge_ident.report.diagnosis import diagnosis_answer, diagnosis_document
     from edge_ident.report.documents import (
         gains_document,
         identification_document,
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
         resting_lines,
         scale_lines,
     )
+    from edge_ident.report.render import drawn, save_figure, show
     from edge_ident.report.run_documents import (
         capture_document,
         hold_document,
@@ -49,9 +49,8 @@ if TYPE_CHECKING:
         profile_document,
         run_document,
     )
-    from edge_ident.report.run_tables import draw_run, outcome_view
+    from edge_ident.report.run_tables import outcome_view, run_charts
     from edge_ident.report.survey import survey_document, survey_lines, write_survey_tables
-    from edge_ident.report.terminal import save_figure, show
     from edge_ident.support.documents import to_json, write_json
     from edge_ident.support.next_step import Done
 
@@ -63,7 +62,7 @@ __all__ = [
     "comparison_document",
     "diagnosis_answer",
     "diagnosis_document",
-    "draw_run",
+    "drawn",
     "drive_document",
     "fault_documents",
     "fault_lines",
@@ -86,6 +85,7 @@ __all__ = [
     "register_lines",
     "registers_document",
     "resting_lines",
+    "run_charts",
     "run_document",
     "save_figure",
     "save_waterfall",
@@ -108,8 +108,7 @@ __all__ = [
 __getattr__ = lazy_names(
     __name__,
     {
-        "edge_ident.report.diagnosis_documents": "diagnosis_document",
-        "edge_ident.report.diagnosis": "diagnosis_answer",
+        "edge_ident.report.diagnosis": "diagnosis_answer diagnosis_document",
         "edge_ident.report.identification": "identification_answer",
         "edge_ident.report.comparison_tables": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",
@@ -122,7 +121,7 @@ __getattr__ = lazy_names(
             "profile_view register_lines registers_document save_waterfall values_text"
         ),
         "edge_ident.report.findings": "with_next_steps",
-        "edge_ident.report.terminal": "save_figure show",
+        "edge_ident.report.render": "drawn save_figure show",
         "edge_ident.report.page.diagnosis_page": "write_markdown write_page",
         "edge_ident.report.page.rendering": "Provenance",
         "edge_ident.report.page.run_page": "write_run_page",
@@ -131,7 +130,7 @@ __getattr__ = lazy_names(
         "edge_ident.report.run_documents": (
             "capture_document hold_document home_document home_lines profile_document run_document"
         ),
-        "edge_ident.report.run_tables": "draw_run outcome_view",
+        "edge_ident.report.run_tables": "outcome_view run_charts",
         "edge_ident.report.survey": "survey_document survey_lines write_survey_tables",
         "edge_ident.support.documents": "to_json write_json",
         "edge_ident.support.next_step": "Done",

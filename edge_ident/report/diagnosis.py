@@ -1,20 +1,29 @@
 """What is shown of a diagnosis: the verdict and what to do next, or all that was found."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, replace
 from functools import partial
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
 from edge_ident.diagnosis import wording
 from edge_ident.diagnosis.error_budget import ErrorBudget
-from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis.measures import ModelFit, Validation, Verdict
+from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import off_reference
+from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
+from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart, of_axes
 from edge_ident.report.findings import blocking_steps, distinct, finding_lines, look_at, remarks
 from edge_ident.report.numbers import parameter_grid, term_rows
-from edge_ident.report.page.diagnosis_charts import busiest, effort_chart, residual_chart
+from edge_ident.report.page.diagnosis_charts import (
+    busiest,
+    effort_chart,
+    explained_variance,
+    residual_chart,
+)
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Tone, next_lines
+from edge_ident.support.documents import finite
 from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
@@ -224,3 +233,126 @@ def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
             for row in term_rows(cause.term, axis.model.units):
                 size = cause.share, cause.held_out_gain, cause.evidence
                 yield name, axis.verdict.value, kind, *row, *size
+
+
+# A JSON document for scripts.
+
+
+def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:
+    """The document of schema edge-ident/diagnosis/2; equal diagnoses give equal documents.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    model_file : Path or None
+        Path of the extended model's file, if there is one.
+    """
+    return {
+        "schema": "edge-ident/diagnosis/2",
+        "axes": {name: _axis_document(name, diagnosis.axes) for name in diagnosis.axes},
+        "data_quality": [asdict(finding) for finding in diagnosis.data_quality],
+        "validation": {
+            name: _validation_document(validation)
+            for name, validation in diagnosis.validation.items()
+        }
+        or None,
+        "model": None if model_file is None else str(model_file),
+    }
+
+
+def _axis_document(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
+    axis = axes[name]
+    base, extended = (fit.estimate.parameters for fit in (axis.base, axis.extended))
+    return {
+        "verdict": axis.verdict.value,
+        "explained_share": axis.explained_share,
+        "converged": axis.converged,
+        "causes": [_cause_document(cause, axis.model) for cause in axis.causes],
+        "curves": [curve.document() for curve in axis.curves],
+        "suspected": [_cause_document(cause, axis.model) for cause in axis.suspected],
+        "minor": [_cause_document(cause, axis.model) for cause in axis.minor],
+        "findings": [asdict(found) for found in axis.findings],
+        "timing": asdict(axis.timing),
+        "band": {"cutoff_hz": axis.cutoff_hz, "share_of_effort_variance": axis.share_in_band},
+        "lines": [asdict(line) for line in axis.lines],
+        "refused": [{"effect": r.effect, "reason": r.reason} for r in axis.refused],
+        "outside_vibrations": [asdict(vibration) for vibration in axis.external_vibrations],
+        "not_testable": [asdict(effect) for effect in axis.not_testable],
+        "budget": axis.budget.document(),
+        "base": _fit_document(axis.base, axis.model),
+        "extended": _fit_document(axis.extended, axis.model),
+        "noise_floor": axis.noise_floor,
+        "noise_floor_source": axis.noise_floor_source,
+        "parameters_shift": {
+            parameter: {"base": float(base[i]), "extended": float(extended[i])}
+            for i, parameter in enumerate(PARAMETERS)
+        },
+        "residual_whereabouts": explained_variance(name, axes),
+        "cutoff_hz": axis.cutoff_hz,
+        "knee_hz": axis.knee_hz,
+    }
+
+
+def _cause_document(cause: Cause, axis: AxisModel) -> dict[str, Any]:
+    source = {} if cause.term.source_axis is None else {"source_axis": cause.term.source_axis}
+    return {
+        "effect": cause.term.effect,
+        **source,
+        "parameters": values_document(cause.term, axis),
+        "held_out_gain": finite(cause.held_out_gain),
+        "held_out_gain_interval": [finite(end) for end in cause.held_out_gain_interval],
+        "share": cause.share,
+        "rivals": [_alternative_document(alternative, axis) for alternative in cause.alternatives],
+        "evidence": cause.evidence,
+        "decision": cause.decision,
+        "shown_in": list(cause.shown_in),
+    }
+
+
+def _alternative_document(alternative: Alternative, axis: AxisModel) -> dict[str, Any]:
+    found = alternative.term
+    return {
+        "effect": alternative.effect,
+        "separable": alternative.separable,
+        "evidence": alternative.evidence,
+        "experiment": alternative.experiment,
+        "parameters": None if found is None else values_document(found, axis),
+    }
+
+
+def _fit_document(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
+    base, line = (base_axis(e, *axis.units) for e in (fit.estimate, fit.effective or fit.estimate))
+    effective = values_document(line.terms[0], line)
+    return {
+        "parameters": values_document(base.terms[0], base),
+        "effective": {name: effective[name] for name in PARAMETERS[1:]},
+        "relative_residual": {"fitted": fit.fitted, "held_out": finite(fit.held_out)},
+        "metric": asdict(fit.metric),
+        "motion_error": {"rms": fit.motion_error, "unit": axis.position_unit},
+    }
+
+
+def _seen_there(residual: float, friction_anew: float) -> dict[str, float]:
+    return {
+        "relative_residual": residual,
+        "relative_residual_with_friction_anew": friction_anew,
+    }
+
+
+def _validation_document(validation: Validation) -> dict[str, Any]:
+    return {
+        "base": _seen_there(validation.base, validation.friction_anew[0]),
+        "extended": _seen_there(validation.extended, validation.friction_anew[1]),
+        "as_found": {"relative_residual": validation.as_found},
+        "causes": [
+            {
+                "effect": cause.effect,
+                "relative_residual_without": cause.without,
+                "gain": cause.gain,
+                "gain_interval": cause.interval and [finite(end) for end in cause.interval],
+                "carries_over": cause.carries_over,
+                "reason": cause.reason,
+            }
+            for cause in validation.causes
+        ],
+    }

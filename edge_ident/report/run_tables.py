@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import Model
 from edge_ident.report.chart import Chart, Layer, Scale, across, of_axes
-from edge_ident.report.figure import drawn
 from edge_ident.report.findings import remarks
 from edge_ident.report.gains import designs_parts, gain_rows, promise_grid
 from edge_ident.report.identification import identification_parts, identified_charts, model_lines
@@ -28,9 +27,6 @@ from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.words import listed, spoken
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Staircase
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Answer:
@@ -272,8 +268,8 @@ def _largest(style: str, label: str, name: str, recording: Recording) -> Layer |
     return Layer("line", style, time_s[seen], largest[seen], label) if np.any(seen) else None
 
 
-def draw_run(folder: Path) -> "Figure":
-    """Draw effort against model, the residual, and tracking error before and after.
+def run_charts(folder: Path) -> list[list[Chart]]:
+    """Effort against model, the residual, and tracking error before and after; a column an axis.
 
     Parameters
     ----------
@@ -283,7 +279,7 @@ def draw_run(folder: Path) -> "Figure":
     Raises
     ------
     DataError
-        There is no capture, or matplotlib is not installed.
+        There is no capture.
     """
     if not (folder / CAPTURE_FILE).is_file():
         raise DataError(
@@ -298,4 +294,4 @@ def draw_run(folder: Path) -> "Figure":
     for name, axis in identify(before).axes.items():
         tracking = tracking_chart("", name, before, after)
         charts[name] = [*identified_charts("", axis), *([tracking] if tracking else [])]
-    return drawn(of_axes(charts))
+    return of_axes(charts)

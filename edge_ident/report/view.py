@@ -1,8 +1,8 @@
 """The view of a result: what is to be shown of it, as data. Renderers show it in one place each.
 
-Lines and tables are rendered by `edge_ident.report.terminal` (a notebook shows the same), by the
+Lines and tables are rendered by `edge_ident.report.render` (a notebook shows the same), by the
 templates of a page, and as Markdown; charts as SVG by themselves, and by
-`edge_ident.report.figure`.
+`edge_ident.report.render`.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -81,7 +81,7 @@ class Answer:
     parts: tuple[Part, ...]
 
     def __rich__(self) -> "Group":
-        from edge_ident.report.terminal import rendered
+        from edge_ident.report.render import rendered
 
         return rendered(self.parts)
 
@@ -114,7 +114,7 @@ class ResultView:
 
     def figure(self) -> "Figure":
         """Pictures."""
-        from edge_ident.report.figure import drawn
+        from edge_ident.report.render import drawn
 
         return drawn(self.charts())
 

@@ -12,7 +12,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from edge_ident.support.streams import raw
+from edge_ident.support.process import raw
 from edge_ident.support.words import visible
 
 # The console that results are drawn on: names are escaped before they are laid out.

@@ -12,7 +12,7 @@ from board_bench import NEW, OLD, Bench, long_motion
 
 from edge_ident.commissioning import safety
 from edge_ident.commissioning.safety import left_safe, ready_to_move
-from edge_ident.support import interrupts
+from edge_ident.support import process
 from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BoardError, BusyError, NoReplyError
@@ -218,7 +218,7 @@ def _interrupted_at(step: int) -> Callable[[FrameType, str, Any], Any]:
     def trace(frame: FrameType, event: str, argument: object) -> Any:
         left[0] -= 1
         if left[0] == 0:
-            interrupts._interrupt(signal.SIGINT, frame)
+            process._interrupt(signal.SIGINT, frame)
         return trace
 
     return trace
@@ -228,10 +228,10 @@ def test_ctrl_c_at_any_line_of_what_follows_an_error_leaves_the_effort_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Between an error and the stop lie lines of contextlib: Ctrl-C there skipped the stop."""
-    monkeypatch.setattr(interrupts, "_received", [])
-    monkeypatch.setattr(interrupts, "_again_soon", lambda: None)
+    monkeypatch.setattr(process, "_received", [])
+    monkeypatch.setattr(process, "_again_soon", lambda: None)
     for step in range(1, 120):
-        monkeypatch.setattr(interrupts, "_quiet_until_s", 0.0)
+        monkeypatch.setattr(process, "_quiet_until_s", 0.0)
         bench, before = LineBench(), sys.gettrace()
         try:
             with ready_to_move(bench.board, lambda text: None):

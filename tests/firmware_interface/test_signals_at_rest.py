@@ -10,7 +10,7 @@ import pytest
 _AT_REST: Final = """
 import os, signal, sys, time
 from edge_ident.commissioning.safety import ready_to_move
-from edge_ident.support.interrupts import end_as_by_ctrl_c
+from edge_ident.support.process import end_as_by_ctrl_c
 from firmware_interface.board import Board
 from firmware_interface.virtual.board import VirtualBoard
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a runner in the background ignores it

@@ -14,7 +14,6 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart, Layer, across, around
-from edge_ident.report.diagnosis_documents import explained_variance
 from edge_ident.report.numbers import (
     EFFECTIVE,
     digits,
@@ -29,6 +28,7 @@ from edge_ident.report.page.diagnosis_charts import (
     busiest,
     cause_chart,
     effort_chart,
+    explained_variance,
     residual_chart,
     residual_charts,
     spectrum_chart,

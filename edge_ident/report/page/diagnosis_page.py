@@ -17,8 +17,7 @@ from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of
 from edge_ident.report.chart import Chart, reach
-from edge_ident.report.diagnosis import axis_parts
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import axis_parts, diagnosis_document
 from edge_ident.report.findings import blocking_steps
 from edge_ident.report.numbers import digits, effort_word, sentence, unit_text
 from edge_ident.report.page.axis_details import axis_details

@@ -117,7 +117,7 @@ def started(ignoring: bool = False) -> Iterator["subprocess.Popen[str]"]:
 
 def test_little_is_loaded_before_the_signals_are_handled() -> None:
     """Ctrl-C before that gives Python's traceback."""
-    code = "import sys; import edge_ident.support.interrupts; print(*sys.modules)"
+    code = "import sys; import edge_ident.support.process; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-S", "-c", f"import sys; sys.path = {sys.path!r}; {code}"],
         capture_output=True, text=True, check=True,
@@ -148,9 +148,9 @@ def test_an_import_that_an_interrupt_breaks_is_an_interrupt(
 ) -> None:
     """A C extension turns KeyboardInterrupt into ImportError while it loads."""
     from edge_ident.cli.command import INTERRUPTION, failure_of
-    from edge_ident.support import interrupts
+    from edge_ident.support import process
 
     broken = ImportError("initialization failed")
     assert failure_of(broken) is None
-    monkeypatch.setattr(interrupts, "_received", [signal.SIGINT])
+    monkeypatch.setattr(process, "_received", [signal.SIGINT])
     assert failure_of(broken) is INTERRUPTION

@@ -15,9 +15,8 @@ PUBLIC = {
     "edge_ident.report",
     "edge_ident.support.documents",
     "edge_ident.support.console",
-    "edge_ident.support.interrupts",
+    "edge_ident.support.process",
     "edge_ident.support.stopwatch",
-    "edge_ident.support.streams",
     "edge_ident.support.words",
 }
 

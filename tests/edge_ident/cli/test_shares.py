@@ -3,10 +3,10 @@
 import pytest
 import typer
 
+from edge_ident.cli.board import simulate
 from edge_ident.cli.diagnose import diagnose
 from edge_ident.cli.options import part, share, true_part
 from edge_ident.cli.run import run
-from edge_ident.cli.simulate import simulate
 
 
 @pytest.mark.parametrize(

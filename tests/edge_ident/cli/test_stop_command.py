@@ -161,7 +161,7 @@ def test_a_host_of_an_older_board_that_says_nothing_more_loses_it() -> None:
 HOLDING: Final = """
 import signal, sys, time
 import edge_ident
-from edge_ident.support.interrupts import end_as_by_ctrl_c
+from edge_ident.support.process import end_as_by_ctrl_c
 end_as_by_ctrl_c()
 if sys.argv[2] == "does not end":
     signal.signal(signal.SIGTERM, signal.SIG_IGN)

@@ -14,9 +14,8 @@ from rich.console import Console
 from typer.testing import CliRunner, Result
 
 import edge_ident
-from edge_ident.cli import app, progress
-from edge_ident.cli.messages import Verbosity, telling
-from edge_ident.cli.progress import Progress, ProgressLines, shown_progress
+from edge_ident.cli import app, messages
+from edge_ident.cli.messages import Progress, ProgressLines, Verbosity, shown_progress, telling
 from edge_ident.support.console import FittingTable
 
 KERNELS = Path("/sys/kernel")
@@ -140,7 +139,7 @@ class Clock:
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     """The clock of progress."""
     clock = Clock()
-    monkeypatch.setattr(progress, "time", clock)
+    monkeypatch.setattr(messages, "time", clock)
     return clock
 
 
@@ -208,7 +207,7 @@ def test_lines_appear_while_the_command_itself_tells_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As for a million samples, whose preparation is one long computation."""
-    monkeypatch.setattr(progress, "LINE_EVERY_S", 0.01)
+    monkeypatch.setattr(messages, "LINE_EVERY_S", 0.01)
     said, twice = list[str](), Event()
 
     def say(message: str) -> None:
@@ -216,7 +215,7 @@ def test_lines_appear_while_the_command_itself_tells_nothing(
         if len(said) > 1:
             twice.set()
 
-    monkeypatch.setattr(progress, "say", say)
+    monkeypatch.setattr(messages, "say", say)
     with shown_progress() as shown:
         shown.stage("diagnosis")
         assert twice.wait(60.0)
@@ -249,7 +248,7 @@ def test_quiet_shows_no_progress(clock: Clock, capsys: pytest.CaptureFixture[str
 
 @pytest.mark.parametrize(("seconds", "text"), [(42.4, "42 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
 def test_the_time_that_is_left_has_a_unit_of_its_size(seconds: float, text: str) -> None:
-    assert progress.duration(seconds) == text
+    assert messages.duration(seconds) == text
 
 
 # ---- errors

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.errors import DataError
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
 

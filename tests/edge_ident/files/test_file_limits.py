@@ -270,7 +270,7 @@ def far_row(path: Path) -> None:
 
 def test_a_row_is_one_that_a_sheet_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The rows between are gone through: fewer here, or the test takes a second of them."""
-    monkeypatch.setattr("edge_ident.files.excel._MOST_ROWS", 1000)
+    monkeypatch.setattr("edge_ident.files.measurement_files._MOST_ROWS", 1000)
     far_row(tmp_path / "far.xlsx")
     with pytest.raises(DataError, match="it has 1,001 rows, and at most 1,000 are read"):
         edge_ident.load_recording(tmp_path / "far.xlsx")

@@ -12,8 +12,8 @@ import pytest
 import edge_ident
 from edge_ident.files.reading import ENDINGS
 from edge_ident.fleet import workers
-from edge_ident.fleet.folder import Found, find_recordings
-from edge_ident.fleet.survey import FOLDER
+from edge_ident.fleet.result import Found
+from edge_ident.fleet.survey import FOLDER, find_recordings
 from edge_ident.fleet.workers import Task, run_processes
 
 

@@ -6,9 +6,8 @@ import pytest
 from scipy import stats
 
 from edge_ident.fleet.analysis import Options, analyse_recording
-from edge_ident.fleet.between_units import FALSE_ALARM
+from edge_ident.fleet.between_units import FALSE_ALARM, compare_units
 from edge_ident.fleet.result import Comparison, SurveyedRecording
-from edge_ident.fleet.survey import compare_units
 from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.signals.recording import Recording
 from firmware_interface.plant import multisine, paper

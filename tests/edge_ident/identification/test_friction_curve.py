@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.identification.friction_curve import FrictionCurve
+from edge_ident.identification.result import FrictionCurve
 from edge_ident.model.measured_curves import ENTRIES, at_entries, entries
 from edge_ident.model.model import AxisModel, Model, Term
 

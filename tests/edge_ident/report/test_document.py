@@ -10,7 +10,7 @@ import pytest
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Refused
 from edge_ident.diagnosis.wording import verdict_sentence
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.support.documents import to_json
 from tests.edge_ident.diagnosis import hand_made
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.measures import Traces, Verdict
-from edge_ident.report.diagnosis_documents import acceleration_at, explained_variance
+from edge_ident.report.page.diagnosis_charts import acceleration_at, explained_variance
 from tests.edge_ident.diagnosis import hand_made
 
 AXIS = hand_made.axis(Verdict.ADEQUATE)

@@ -15,8 +15,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.measured_curves import entries
 from edge_ident.model.model import Term
-from edge_ident.report.diagnosis import diagnosis_answer
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_answer, diagnosis_document
 from edge_ident.report.numbers import digits
 from edge_ident.report.page.diagnosis_page import write_page
 from edge_ident.report.page.rendering import Provenance

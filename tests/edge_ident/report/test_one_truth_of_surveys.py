@@ -14,9 +14,9 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.fleet import analysis
 from edge_ident.fleet.analysis import Options, analyse_recording
+from edge_ident.fleet.between_units import compare_units
 from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedCause
-from edge_ident.fleet.survey import compare_units
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.report.documents import identification_document
 from edge_ident.report.page.survey_page import write_survey_page
 from edge_ident.report.survey import (

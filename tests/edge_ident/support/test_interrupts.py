@@ -7,11 +7,11 @@ from typing import Final
 
 import pytest
 
-from edge_ident.support.interrupts import INTERRUPTED
+from edge_ident.support.process import INTERRUPTED
 
 _BEGIN: Final = """
 import os, signal, sys, time
-from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, exit_code_counts
+from edge_ident.support.process import INTERRUPTED, end_as_by_ctrl_c, exit_code_counts
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a runner in the background ignores it
 end_as_by_ctrl_c()
 def stopped():
@@ -54,7 +54,7 @@ def test_an_interrupt_is_not_lost(place: str, ending: signal.Signals) -> None:
 _TOGETHER: Final = """
 import signal, sys
 from contextlib import contextmanager
-from edge_ident.support.interrupts import (
+from edge_ident.support.process import (
     INTERRUPTED, deaf_to_interrupts, end_as_by_ctrl_c, exit_code_counts, uncut
 )
 COMING = [SIGNALS]
@@ -95,7 +95,7 @@ def test_signals_that_come_together_do_not_cut_short_what_follows(coming: str) -
 
 _TRAIN: Final = """
 import signal, sys
-from edge_ident.support.interrupts import INTERRUPTED, end_as_by_ctrl_c, exit_code_counts
+from edge_ident.support.process import INTERRUPTED, end_as_by_ctrl_c, exit_code_counts
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 end_as_by_ctrl_c()
 try:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Text
 
-from edge_ident.support import streams
+from edge_ident.support import process
 from edge_ident.support.console import FittingTable, VisibleConsole
 from edge_ident.support.documents import to_json
 from edge_ident.support.words import brief, on_a_line, visible
@@ -85,7 +85,7 @@ def test_standard_streams_show_what_others_print(monkeypatch: pytest.MonkeyPatch
     made = io.BytesIO()
     for name in ("stdout", "stderr"):
         monkeypatch.setattr(sys, name, io.TextIOWrapper(made, encoding="ascii"))
-    streams.show_any_character()
+    process.show_any_character()
     print(f"{HOSTILE} µ → é")
     print(HOSTILE, file=sys.stderr)
     sys.stdout.writelines([HOSTILE])

@@ -7,13 +7,13 @@ import pytest
 
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Diagnosis
-from edge_ident.report.diagnosis_documents import running_time
 from edge_ident.report.page.diagnosis_charts import (
     cause_chart,
     effort_chart,
     followed,
     residual_chart,
     residual_charts,
+    running_time,
 )
 from tests.edge_ident.diagnosis import hand_made
 

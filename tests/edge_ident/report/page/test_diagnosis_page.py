@@ -14,7 +14,7 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import catalogue
 from edge_ident.model.model import Term
-from edge_ident.report.diagnosis_documents import diagnosis_document
+from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.report.numbers import digits, sentence
 from edge_ident.report.page.diagnosis_charts import _to_and_fro, broken
 from edge_ident.report.page.diagnosis_page import diagnosis_card, write_page

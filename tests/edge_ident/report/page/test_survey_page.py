@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from edge_ident.fleet.between_units import compare_units
 from edge_ident.fleet.result import (
     Failed,
     Survey,
@@ -16,7 +17,6 @@ from edge_ident.fleet.result import (
     SurveyedRecording,
     Value,
 )
-from edge_ident.fleet.survey import compare_units
 from edge_ident.report.page.survey_page import write_survey_page
 from edge_ident.report.survey import survey_document, survey_lines, write_survey_tables
 from edge_ident.support.words import visible
