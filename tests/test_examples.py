@@ -24,6 +24,8 @@ Make = Callable[[], made.Example]
 SMALL_BYTES = 250_000
 CLOSE = 0.05
 """Relative error of whatever a script finds."""
+NEAR = 0.1
+"""The same of a rigid body beside a formula that is not the machine's law."""
 
 
 @cache
@@ -59,7 +61,8 @@ def test_a_script_finds_the_parameters_of_the_machine(make: Make) -> None:
     ):
         base = axis.model.terms[0].values
         found = [base[parameter] for parameter in PARAMETERS]
-        assert found[:3] == pytest.approx([inertia, viscous, coulomb], rel=CLOSE), name
+        close = NEAR if "stribeck_friction" in [c.term.effect for c in axis.causes] else CLOSE
+        assert found[:3] == pytest.approx([inertia, viscous, coulomb], rel=close), name
         assert found[3] == pytest.approx(offset, abs=CLOSE * coulomb), name
 
 
@@ -67,8 +70,13 @@ def test_the_feed_drive_has_stribeck_friction_on_one_axis() -> None:
     axes = diagnosis(made.feed_drive).axes
     (cause,) = axes["x"].causes
     assert cause.term.effect == "stribeck_friction"
-    assert cause.term.values["level"] == pytest.approx(made.STRIBECK_NM, rel=CLOSE)
-    assert cause.term.values["speed"] == pytest.approx(made.STRIBECK_SPEED_RAD_S, rel=CLOSE)
+    speed = np.linspace(0.1, 2.0, 50)
+    _, viscous, coulomb, _ = made.feed_drive().drives.chain.rigid_body[0, 0]
+    more = made.STRIBECK_NM / (1.0 + (speed / made.STRIBECK_SPEED_RAD_S) ** 2)
+    base, own = axes["x"].model.terms[0].values, cause.term.values
+    found = own["level"] * np.exp(-((speed / own["speed"]) ** own["exponent"]))
+    found += base["coulomb_friction"] + base["viscous_friction"] * speed
+    assert found == pytest.approx(coulomb + viscous * speed + more, rel=CLOSE)
     assert not axes["z"].causes
     assert axes["z"].verdict == "adequate"
 

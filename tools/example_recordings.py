@@ -3,8 +3,8 @@
 python -m tools.example_recordings            the recordings, then their pages
 python -m tools.example_recordings --pages    the pages alone, after a change of their look
 
-The machines are those of the independent plant, firmware_interface.plant, which shares no formula
-with edge_ident. What is hidden stands here and in the README beside each recording.
+The machines are those of the independent plant, firmware_interface.plant. What is hidden stands
+here and in the README beside each recording.
 """
 
 import subprocess
@@ -106,7 +106,7 @@ def linear_stage() -> Example:
     """A linear motor in m and N; its magnets pull at the carriage."""
     one = np.ones((1, 1))
     cogging = Ripple(
-        COGGING_N * one, 2.0 * np.pi / POLE_PAIR_M * one, 0.4 * one, 0.0 * one, 1.0 * one
+        COGGING_N * one, 2.0 * np.pi / POLE_PAIR_M * one, 0.4 * one, 0.0 * one, one, 0.0 * one
     )
     chain = _chain((6.0, 2.0, 4.0), (20.0, 4.0, 6.0), (4.0, 0.0, 4.0), 2e7)
     return Example(
@@ -124,7 +124,7 @@ def linear_stage() -> Example:
 def rotary_joint() -> Example:
     """An arm that turns in a vertical plane; the angle counts from where it hangs down."""
     one = np.ones((1, 1))
-    weight = PositionLoad(GRAVITY_NM * one, 0.0 * one, one, 0.0 * one, one)
+    weight = PositionLoad(GRAVITY_NM * one, 0.0 * one, one, 0.0 * one, 0.0 * one, one, 0.0 * one)
     chain = _chain((0.3, 0.05, 0.48), (0.8, 0.1, 0.3), (1.0, 0.0, 0.5), 6e4)
     return Example(
         "rotary_joint/recording.csv",
@@ -152,7 +152,7 @@ def _chain(
 
     return Chain(
         masses(inertia), masses(viscous), masses(coulomb), stiffness * joints, 0.05 * joints,
-        0.0 * one, 0.0 * one, 0.0 * one,
+        0.0 * one, 0.0 * one, 0.0 * one, 0.0 * one,
     )  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """Flexible feed drives that can hide effects: the machine behind the virtual board.
 
-They are the opponent of the estimators, and share no formula with edge_ident. `Plant` is one drive,
-stepped sample by sample by a board. Batches run in closed loop at once::
+They are the opponent of the estimators: no effect obeys the formula that edge_ident has for it, and
+the two share no code. `Plant` is one drive, stepped sample by sample by a board. Batches run in
+closed loop at once::
 
     drives = draw_drives(200, seed=1)
     motion = paper()  # or multisine(), staircase(), a quarter: paper(2186, phase_rad=...)

@@ -34,6 +34,10 @@ class Chain:
         Free travel between motor and screw.
     bristle_reach_rad : (B, A) array
         Mean travel after which the table's Coulomb friction has built up; 0: at once.
+    loss_s_per_rad : (B, A) array
+        Torque that the first joint bears more for every rad/s with which it is wound up, over that
+        of its spring: a damper that grows with the load. Source: Hunt and Crossley, J. Applied
+        Mechanics 42 (1975) 440.
     """
 
     inertia: Array
@@ -44,6 +48,7 @@ class Chain:
     offset: Array
     play_rad: Array
     bristle_reach_rad: Array
+    loss_s_per_rad: Array
 
     @property
     def damping(self) -> Array:
@@ -124,6 +129,7 @@ def draw_drives(count: int, seed: int, axes: int = 2) -> Drives:
         offset=offset,
         play_rad=np.zeros(shape),
         bristle_reach_rad=np.zeros(shape),
+        loss_s_per_rad=np.zeros(shape),
     )
     return Drives(chain, _draw_control(rng, chain))
 
@@ -300,6 +306,16 @@ def exp(value: Value) -> Value:
 def expm1(value: Value) -> Value:
     """Exponential less one."""
     return math.expm1(value) if isinstance(value, float) else np.expm1(value)
+
+
+def tanh(value: Value) -> Value:
+    """Hyperbolic tangent."""
+    return math.tanh(value) if isinstance(value, float) else np.tanh(value)
+
+
+def asinh(value: Value) -> Value:
+    """Inverse hyperbolic sine."""
+    return math.asinh(value) if isinstance(value, float) else np.arcsinh(value)
 
 
 def sin(value: Value) -> Value:

@@ -1,19 +1,26 @@
 """Amplifier, recorder and encoder: what was commanded is not what acted or what is shown."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar, Final, Self
 
 import numpy as np
 
-from firmware_interface.plant.drives import COUNT_RAD, SAMPLE_S, Array, Value, clip, expm1, sin
+from firmware_interface.plant.drives import COUNT_RAD, SAMPLE_S, Array, Value, expm1, sin, tanh
 from firmware_interface.plant.effect import Effect, Scales
+
+_WINDING: Final = (0.4, 8.0)  # share of a motor's warming; the record over its time constant
+_KNEE: Final = 8  # power that rounds the knee of a saturation
+_READINGS: Final = (0.7, 1.3)  # ages of the two that a late recorder averages, over their mean
+_TILT: Final = 0.1  # error twice a turn over that once a turn
 
 
 @dataclass(frozen=True)
 class GainDrift(Effect):
     """The amplifier's gain falls (or rises) to 1 − `size` (no unit) by the recording's end.
 
-    The truth has the mean of what has to be commanded.
+    Two parts warm, a winding soon and the iron about it late. The truth has the mean of what has to
+    be commanded. Source: Boglietti et al., IEEE Trans. Industrial Electronics 56 (2009) 871, for
+    thermal networks of motors.
     """
 
     name: ClassVar[str] = "gain_drift"
@@ -23,7 +30,7 @@ class GainDrift(Effect):
     span: ClassVar[tuple[float, float]] = (0.005, 0.4)
     signed: ClassVar[bool] = True
 
-    bend: Array  # 0: a straight line in time; larger: most of it early
+    bend: Array  # of the late part; 0: a straight line in time; larger: most of it early
     duration_s: float
 
     @classmethod
@@ -34,7 +41,10 @@ class GainDrift(Effect):
     def gain(self, time_s: float) -> Value:
         """Torque per commanded torque."""
         part = min(max(time_s / self.duration_s, 0.0), 1.0)
-        return 1 - self.size * expm1(-self.bend * part) / expm1(-self.bend)
+        share, rate = _WINDING
+        winding = expm1(-rate * part) / expm1(-rate)
+        iron = expm1(-self.bend * part) / expm1(-self.bend)
+        return 1 - self.size * (share * winding + (1.0 - share) * iron)
 
     def applied(self, command: Value, time_s: float) -> Value:
         """Torque of a warm amplifier."""
@@ -50,7 +60,8 @@ class GainDrift(Effect):
 class RecordDelay(Effect):
     """Effort stands in the record `size` (s) after it acted; before it, where negative.
 
-    The faintest is 1.5 samples. Less is what any board does.
+    It is the mean of two readings, of which one is older. The faintest is 1.5 samples. Less is what
+    any board does.
     """
 
     name: ClassVar[str] = "time_delay"
@@ -70,8 +81,14 @@ class RecordDelay(Effect):
         return replace(self, size=np.where(self.hit, self.size + effort_shift_s, 0.0))
 
     def recorded(self, command: Array, time_s: Array) -> Array:
-        """Mean torque over one period, as long ago: exact, as the torque is held in between."""
+        """Mean of both readings."""
         late = self.size / SAMPLE_S
+        new, old = (self._reading(command, age * late) for age in _READINGS)
+        return np.asarray((new + old) / 2)
+
+    @staticmethod
+    def _reading(command: Array, late: Array) -> Array:
+        """Mean torque over one period, so many periods ago: exact, as it is held in between."""
         whole = np.floor(late).astype(int)
         row = np.arange(len(command))[:, None, None]
         newer = np.take_along_axis(command, np.clip(row - whole, 0, len(command) - 1), axis=0)
@@ -81,7 +98,7 @@ class RecordDelay(Effect):
 
 @dataclass(frozen=True)
 class Deadband(Effect):
-    """Of every command, the first `size` (N·m) makes no torque."""
+    """Of every command, the first `size` (N·m) makes no torque; the band has no sharp edge."""
 
     name: ClassVar[str] = "actuator_deadband"
     measure: ClassVar[str] = "of the rms effort"
@@ -96,14 +113,16 @@ class Deadband(Effect):
 
     def applied(self, command: Value, time_s: float) -> Value:
         """What gets through."""
-        return command - clip(command, self.size)
+        none = self.size == 0.0
+        return command - self.size * tanh(command / (self.size + none))
 
 
 @dataclass(frozen=True)
 class Saturation(Effect):
     """Torque stops `size` (N·m) short of the peak that is commanded; the record does not.
 
-    The drive falls behind there, and the controller commands more and more.
+    Iron saturates: the last of it comes slowly. The drive falls behind there, and the controller
+    commands more and more.
     """
 
     name: ClassVar[str] = "actuator_saturation"
@@ -129,13 +148,16 @@ class Saturation(Effect):
         return np.where(self.hit, self.peak - self.size, np.inf)
 
     def applied(self, command: Value, time_s: float) -> Value:
-        """What the current limit leaves."""
-        return clip(command, self.limit)
+        """What the limit leaves."""
+        return command / (1.0 + abs(command / self.limit) ** _KNEE) ** (1.0 / _KNEE)
 
 
 @dataclass(frozen=True)
 class Eccentricity(Effect):
-    """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn."""
+    """The encoder's disc runs out: the shown angle is off by `size` (rad) once per turn.
+
+    It is a little tilted, too, which errs twice per turn.
+    """
 
     name: ClassVar[str] = "encoder_eccentricity"
     measure: ClassVar[str] = "rad"
@@ -151,5 +173,6 @@ class Eccentricity(Effect):
         return cls(strength, rng.uniform(0, 2 * np.pi, strength.shape))
 
     def encoder(self, angle: Value) -> Value:
-        """Angle with the disc's error."""
-        return angle + self.size * sin(angle + self.phase_rad)
+        """Angle with the disc's errors."""
+        tilt = _TILT * sin(2.0 * angle)
+        return angle + self.size * (sin(angle + self.phase_rad) + tilt)

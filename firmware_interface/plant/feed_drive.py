@@ -59,6 +59,7 @@ def feed_drive(gains: AxisGains = CONSERVATIVE_GAINS) -> Drives:
         offset=np.array([[body.offset for body in bodies]]),
         play_rad=0.0 * whole,
         bristle_reach_rad=0.0 * whole,
+        loss_s_per_rad=0.0 * whole,
     )
     control = Control(
         position_gain=gains.proportional * whole,

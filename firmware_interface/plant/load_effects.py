@@ -1,17 +1,25 @@
 """What the motor drives: play, a soft coupling, ripple, loads that come, go or couple axes."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar, Final, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firmware_interface.plant.drives import Array, Chain, Value, log_uniform, sign, sin
+from firmware_interface.plant.drives import Array, Chain, Value, clip, log_uniform, sign, sin, tanh
 from firmware_interface.plant.effect import Effect, Scales, State
+
+_PLACE: Final = 0.3  # of a coupling of axes, more at an end of the stroke
+_GRASP_S: Final = 0.2  # in which a payload is taken up or put down
+_FLANK_LOSS: Final = 1.5  # of its torque, s/rad: flanks that meet at 0.2 rad/s part at 0.16
 
 
 @dataclass(frozen=True)
 class Backlash(Effect):
-    """Play of `size` (rad) between motor and screw, closed by impact on the stiff joint."""
+    """Play of `size` (rad) between motor and screw, closed by impact on the stiff joint.
+
+    The deeper the flanks touch the more they damp: see `Chain.loss_s_per_rad`.
+    """
 
     name: ClassVar[str] = "backlash"
     measure: ClassVar[str] = "rad"
@@ -19,19 +27,24 @@ class Backlash(Effect):
     number: ClassVar[int] = 4
     span: ClassVar[tuple[float, float]] = (5e-4, 0.15)
 
+    loss: Array  # s/rad
+
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
         """Size is the strength itself, in rad."""
-        return cls(strength)
+        return cls(strength, np.full(strength.shape, _FLANK_LOSS))
 
     def chain(self, chain: Chain) -> Chain:
         """A joint with a gap."""
-        return replace(chain, play_rad=self.size)
+        return replace(_lossy(chain, self.hit, self.loss), play_rad=self.size)
 
 
 @dataclass(frozen=True)
 class Compliance(Effect):
-    """A worn coupling gives way by `size` (rad/(N·m)) more between motor and screw."""
+    """A worn coupling gives way by `size` (rad/(N·m)) more between motor and screw.
+
+    Its rubber damps the more the tighter it is wound up: see `Chain.loss_s_per_rad`.
+    """
 
     name: ClassVar[str] = "coupling_compliance"
     measure: ClassVar[str] = "of the compliance that lets the load swing at 4 Hz"
@@ -39,29 +52,33 @@ class Compliance(Effect):
     number: ClassVar[int] = 14
     span: ClassVar[tuple[float, float]] = (0.005, 1.0)
 
-    damping_ratio: Array
+    loss: Array  # s/rad
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
         """Size so that the load against a held motor swings at 60 (faintest) to 4 Hz."""
-        softest = 1 / ((2 * np.pi * 4.0) ** 2 * scales.drives.chain.inertia[1:].sum(axis=0))
-        return cls(strength * softest, log_uniform(rng, 0.02, 0.1, strength.shape))
+        load = scales.drives.chain.inertia[1:].sum(axis=0)
+        softest = 1 / ((2 * np.pi * 4.0) ** 2 * load)
+        # under the rms effort it damps as much as a damper of this ratio
+        ratio = log_uniform(rng, 0.02, 0.1, strength.shape)
+        with np.errstate(divide="ignore"):
+            damper = 2 * ratio * np.sqrt(load / (strength * softest))
+        return cls(strength * softest, damper / scales.effort_rms)
 
     def chain(self, chain: Chain) -> Chain:
         """A softer first joint."""
-        stiffness, damping = chain.stiffness.copy(), chain.damping_ratio.copy()
+        stiffness = chain.stiffness.copy()
         stiffness[0] = 1 / (1 / stiffness[0] + self.size)
-        # the damper is made for the mass that swings on it: the whole load, not the screw alone
-        load = chain.inertia[1:].sum(axis=0)
-        alone = 1 / (1 / chain.inertia[0] + 1 / chain.inertia[1])
-        whole = 1 / (1 / chain.inertia[0] + 1 / load)
-        damping[0] = np.where(self.hit, self.damping_ratio * np.sqrt(whole / alone), damping[0])
-        return replace(chain, stiffness=stiffness, damping_ratio=damping)
+        return replace(_lossy(chain, self.hit, self.loss), stiffness=stiffness)
 
 
 @dataclass(frozen=True)
 class Ripple(Effect):
-    """Gear mesh and cogging: sinusoids of the motor's angle, the largest of `size` (N·m)."""
+    """Gear mesh and cogging: sinusoids of the motor's angle, the largest of `size` (N·m).
+
+    A wheel that runs out meshes more deeply on one side. Source: Randall, J. Mechanical Design 104
+    (1982) 259.
+    """
 
     name: ClassVar[str] = "torque_ripple"
     measure: ClassVar[str] = "of the rms effort"
@@ -73,6 +90,7 @@ class Ripple(Effect):
     phase_rad: Array
     second: Array  # share of a second order, at `second_per_turn`
     second_per_turn: Array
+    runout: Array  # more of both once a turn, as a share
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
@@ -85,20 +103,23 @@ class Ripple(Effect):
             rng.uniform(0, 2 * np.pi, shape),
             rng.uniform(0, 0.6, shape),
             per_turn * rng.choice([0.5, 2.0, 3.0], shape),
+            np.full(shape, 0.15),
         )
 
     def motor_torque(self, state: State) -> Value:
         """Ripple at the gearbox."""
         angle = state.angle[0]
         first = sin(self.per_turn * angle + self.phase_rad)
-        return self.size * (first + self.second * sin(self.second_per_turn * angle))
+        depth = self.size * (1.0 + self.runout * sin(angle))
+        return depth * (first + self.second * sin(self.second_per_turn * angle))
 
 
 @dataclass(frozen=True)
 class PositionLoad(Effect):
     """Torque that depends on the table's place, `size` (N·m) at the ends of the stroke.
 
-    A spring or a cable chain that is pulled along, or a pendulum's weight (a sine of the angle).
+    A hose that is pulled along and is taut only off the centre, or the weight on a crank, whose rod
+    adds to the sine of its angle.
     """
 
     name: ClassVar[str] = "position_dependent_load"
@@ -110,32 +131,41 @@ class PositionLoad(Effect):
 
     centre: Array
     travel: Array
-    spring: Array  # 1: spring, 0: pendulum
-    per_travel: Array  # pendulum's radians from the centre to the end of the stroke
+    hose: Array  # 1: hose, 0: crank
+    slack: Array  # of the hose, in shares of the way to an end of the stroke; 0: a spring
+    per_travel: Array  # crank's radians from the centre to the end of the stroke
+    crank: Array  # over its rod
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
         """Size in shares of the effort's rms; at most half as stiff as the controller."""
         shape = strength.shape
-        spring = (rng.random(shape) < 0.5).astype(float)
+        hose = (rng.random(shape) < 0.5).astype(float)
         radians = rng.uniform(1.5, 6.0, shape)
+        slack, crank = np.full(shape, 0.2), np.full(shape, 0.25)
         steepest = 0.5 * scales.drives.control.position_gain * scales.travel
-        steepest /= np.where(spring, 1.0, radians) * cls.span[1]
+        steepest /= np.where(hose, 1 / (1 - slack), radians * (1 + crank)) * cls.span[1]
         size = strength * np.minimum(scales.effort_rms, steepest)
-        return cls(size, scales.centre, scales.travel, spring, radians)
+        return cls(size, scales.centre, scales.travel, hose, slack, radians, crank)
 
     def table_torque(self, state: State) -> Value:
         """Torque against the table, positive or negative."""
         along = (state.angle[2] - self.centre) / self.travel
-        pendulum = sin(self.per_travel * along)
-        return self.size * (self.spring * along + (1 - self.spring) * pendulum)
+        loose = self.slack * tanh(along / (1.5 * self.slack + (self.slack == 0.0)))
+        taut = (along - loose) / (1.0 - self.slack)
+        sine, cosine = sin(self.per_travel * along), sin(self.per_travel * along + np.pi / 2)
+        rod = (1.0 - (self.crank * sine) ** 2) ** 0.5
+        lifted = sine * (1.0 + self.crank * cosine / rod)
+        return self.size * (self.hose * taut + (1.0 - self.hose) * lifted)
 
 
 @dataclass(frozen=True)
 class CrossCoupling(Effect):
     """The other axis's motion pulls at this one: `size` (N·m) at that motion's peak.
 
-    Proportional to the other's acceleration, velocity or direction of motion. One way only.
+    Proportional to the other's acceleration, velocity or direction of motion, and more at one end
+    of the own stroke than at the other. One way only. Source: Teo et al., Mechatronics 17 (2007)
+    361, for gantries.
     """
 
     name: ClassVar[str] = "cross_axis_coupling"
@@ -149,6 +179,8 @@ class CrossCoupling(Effect):
     acceleration: Array  # per other axis's unit; one of the three is not zero
     velocity: Array
     direction: Array
+    centre: Array
+    travel: Array
 
     @classmethod
     def draw(cls, strength: Array, rng: np.random.Generator, scales: Scales) -> Self:
@@ -161,20 +193,23 @@ class CrossCoupling(Effect):
             (kind == 0) / scales.peak_acceleration[..., ::-1],
             (kind == 1) / scales.peak_speed[..., ::-1],
             (kind == 2).astype(float),
+            scales.centre,
+            scales.travel,
         )
 
     def table_torque(self, state: State) -> Value:
         """Torque against the table."""
         speed = state.other_velocity
         pull = self.acceleration * state.other_acceleration + self.velocity * speed
-        return self.size * (pull + self.direction * sign(speed))
+        along = (state.angle[2] - self.centre) / self.travel
+        return self.size * (1.0 + _PLACE * along) * (pull + self.direction * sign(speed))
 
 
 @dataclass(frozen=True)
 class Payload(Effect):
-    """A payload of `size` times the table's inertia, with its friction, is dropped or taken up.
+    """A payload of `size` times the table's inertia, with its friction, is put down or taken up.
 
-    The truth has means over the recording.
+    That takes a moment. The truth has means over the recording.
     """
 
     name: ClassVar[str] = "payload_change"
@@ -185,7 +220,7 @@ class Payload(Effect):
 
     inertia: Array  # of the table alone
     coulomb: Array  # friction of a payload of size 1
-    changes_s: Array
+    changes_s: Array  # half of it
     taken_up: Array  # 1: carried from then on, 0: until then
 
     @classmethod
@@ -201,7 +236,8 @@ class Payload(Effect):
         )
 
     def _carried(self, time_s: float) -> Value:
-        return self.size * ((time_s >= self.changes_s) == self.taken_up)
+        changed = 0.5 + clip((time_s - self.changes_s) / _GRASP_S, 0.5)
+        return self.size * (1.0 - self.taken_up + (2.0 * self.taken_up - 1.0) * changed)
 
     def table_inertia(self, time_s: float) -> Value:
         """Inertia of what is carried."""
@@ -219,3 +255,12 @@ class Payload(Effect):
         changed[..., 0] += self.inertia * carried
         changed[..., 2] += self.coulomb * carried
         return changed
+
+
+def _lossy(chain: Chain, hit: NDArray[np.bool_], loss: Array) -> Chain:
+    """The first joint damps by its load where it is hit, and no longer by its damper."""
+    damping = chain.damping_ratio.copy()
+    damping[0] = np.where(hit, 0.0, damping[0])
+    return replace(
+        chain, damping_ratio=damping, loss_s_per_rad=np.where(hit, loss, chain.loss_s_per_rad)
+    )

@@ -7,7 +7,15 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from firmware_interface.plant.drives import SAMPLE_S, Array, Chain, Drives, Value, clip, sign
+from firmware_interface.plant.drives import (
+    SAMPLE_S,
+    Array,
+    Chain,
+    Drives,
+    Value,
+    clip,
+    sign,
+)
 from firmware_interface.plant.effect import Effect
 
 DELAY: Final = 0.2
@@ -229,6 +237,7 @@ class MovingAxis:
             *chain.damping[:, 0, axis].tolist(),
         )
         self._slack = float(chain.play_rad[0, axis]) / 2
+        self._loss = float(chain.loss_s_per_rad[0, axis])
         self._motor_torque = [e.motor_torque for e in overriding(effects, "motor_torque")]
         self._table_torque = [e.table_torque for e in overriding(effects, "table_torque")]
         self._friction = [e.table_friction for e in overriding(effects, "table_friction")]
@@ -236,7 +245,7 @@ class MovingAxis:
         self._bristles = self._make_bristles(float(chain.bristle_reach_rad[0, axis]))
         self._set_inertia(self._inertia)
         acting = (self._motor_torque, self._table_torque, self._friction, self._bristles)
-        self.sound = not (any(acting) or self._slack)
+        self.sound = not (any(acting) or self._slack or self._loss)
 
     def _make_bristles(self, reach: float) -> list[list[float]]:
         """Reach, stiffness and root of each element; none of them is stretched."""
@@ -335,6 +344,8 @@ class MovingAxis:
         if self._slack:
             stretch -= clip(stretch, self._slack)
         joint = gear * stretch + gear_damping * rate
+        if self._loss:
+            joint += gear * abs(stretch) * self._loss * rate
         if self._slack and joint * stretch <= 0.0:  # across play it only pushes
             joint = 0.0
         self.load = load = nut * (screw - table) + nut_damping * (screw_speed - table_speed)
@@ -404,6 +415,7 @@ class Mechanism:
         self._friction = [e.table_friction for e in overriding(effects, "table_friction")]
         self._inertia = [e.table_inertia for e in overriding(effects, "table_inertia")]
         self._play = chain.play_rad / 2 if chain.play_rad.any() else None
+        self._lossy = bool(chain.loss_s_per_rad.any())
         self._coulomb = chain.coulomb.copy()
         self._bristles = self._make_bristles() if chain.bristle_reach_rad.any() else None
         self._set_inertia(chain.inertia)
@@ -489,14 +501,16 @@ class Mechanism:
     def _joints(self) -> Array:
         """Torque of each joint, (2, B, A); across play it only pushes."""
         stretch = self.angle[:-1] - self.angle[1:]
-        damping = self._damping * (self.velocity[:-1] - self.velocity[1:])
-        if self._play is None:
-            return self._chain.stiffness * stretch + damping
-        slack = self._play
-        stretch[0] -= np.minimum(np.maximum(stretch[0], -slack), slack)
-        torque = self._chain.stiffness * stretch + damping
-        pushes = (slack == 0) | (torque[0] * stretch[0] > 0)
-        torque[0] *= pushes
+        rate = self.velocity[:-1] - self.velocity[1:]
+        if self._play is not None:
+            stretch[0] -= np.minimum(np.maximum(stretch[0], -self._play), self._play)
+        torque = self._chain.stiffness * stretch
+        more = self._damping * rate
+        if self._lossy:
+            more[0] += abs(torque[0]) * self._chain.loss_s_per_rad * rate[0]
+        torque += more
+        if self._play is not None:
+            torque[0] *= (self._play == 0) | (torque[0] * stretch[0] > 0)
         return torque
 
     def _bristle_torque(self) -> Array:

@@ -47,7 +47,10 @@ class TimedTorque(Effect):
 
 @dataclass(frozen=True)
 class OffsetDrift(TimedTorque):
-    """The offset creeps by `size` from beginning to end. The truth has the mean offset."""
+    """The offset creeps by `size` from beginning to end, with the logarithm of time.
+
+    So creep springs, seals and load cells. The truth has the mean offset.
+    """
 
     name: ClassVar[str] = "offset_drift"
     number: ClassVar[int] = 12
@@ -59,10 +62,10 @@ class OffsetDrift(TimedTorque):
 
     @staticmethod
     def shape(time_s: Array, rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
-        """A straight line or one that levels out, from 0 to 1."""
-        bend = rng.uniform(0.01, 4.0, shape)
+        """From 0 to 1, a tenth of it in 1 to 5 % of the time."""
+        early = np.exp(rng.uniform(1.0, 4.0, shape))
         part = np.clip(time_s / _end(time_s), 0, 1)
-        return np.expm1(-bend * part) / np.expm1(-bend)
+        return np.log1p(early * part) / np.log1p(early)
 
     def truth(self, rigid: Array, scales: Scales) -> Array:
         """Mean offset."""

@@ -27,10 +27,10 @@ from tools.network_figures import Setting
 SEED = 5077
 ROWS = {"paper": range(10), "staircase": range(10, 20)}
 """Drives of a batch; each of the twenty hides another effect."""
-SHOWING, FIRST, EXACT = 13, 11, 10
+SHOWING, FIRST, EXACT = 13, 13, 9
 """Cases in which the effect shows, and measured: first cause right, and nothing else named."""
-FIRST_OF_TWO, EXACT_OF_TWO = 11, 11
-"""The same on the two motions of `ROWS`, where the effect shows in as many."""
+SHOWING_OF_TWO, FIRST_OF_TWO, EXACT_OF_TWO = 14, 11, 11
+"""The same on the two motions of `ROWS`."""
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,7 @@ def test_the_hidden_effect_is_the_first_cause(diagnosed: list[Outcome]) -> None:
     An effect that shows above the noise counts here also where it is below the tolerance: then it
     is only minor.
     """
-    assert len(diagnosed) == SHOWING
+    assert len(diagnosed) == SHOWING_OF_TWO
     named = [one for one in diagnosed if one.causes and one.causes[0].effect in one.hidden]
     missed = [str(one.case) for one in diagnosed if one not in named]
     assert len(named) >= FIRST_OF_TWO - 1, missed

@@ -87,7 +87,9 @@ def test_time_goes_on_from_one_motion_to_the_next(tmp_path: Path) -> None:
     before, after = (made.found.axes["z"].diagnosis for made in (first, second))
     assert before is not None
     assert after is not None
-    assert [other.effect for other in before.causes[0].inseparable] == ["gain_drift"]
+    (either,) = before.causes
+    names = {either.term.effect, *(other.effect for other in either.inseparable)}
+    assert names >= {"warm_up", "gain_drift"}
     [cause] = after.causes
     assert cause.term.effect == "warm_up"
     assert not cause.inseparable
@@ -98,7 +100,10 @@ def test_time_goes_on_from_one_motion_to_the_next(tmp_path: Path) -> None:
 
 def spring() -> VirtualBoard:
     """On one sinusoid its effort is that of a negative inertia."""
-    return VirtualBoard(plant=Hidden.of(["position_dependent_load"], "x").plant())
+    hidden = Hidden.of(["position_dependent_load"], "x")
+    (hose,) = hidden.effects
+    straight = replace(hose, hose=np.ones((1, 2)), slack=np.zeros((1, 2)))
+    return VirtualBoard(plant=replace(hidden, effects=(straight,)).plant())
 
 
 def test_a_spring_that_looks_like_inertia_is_named_on_a_livelier_motion(tmp_path: Path) -> None:

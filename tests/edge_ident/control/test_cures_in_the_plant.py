@@ -81,7 +81,7 @@ def test_a_machine_follows_better_with_what_is_known_of_it(
 
 def test_a_spring_no_longer_pulls_the_axis_away() -> None:
     effect = hidden("position_dependent_load", 0.5)
-    effect = replace(effect, spring=np.ones((1, 2)))
+    effect = replace(effect, hose=np.ones((1, 2)), slack=np.zeros((1, 2)))
     middle = -float(effect.size[0, 0] * effect.centre[0, 0] / effect.travel[0, 0])
     ignorant = error_rad(effect, offset_nm=middle)
     knowing = error_rad(effect, spring(effect), offset_nm=middle)

@@ -49,7 +49,7 @@ def test_it_separates_better_than_usual_motions_as_large_as_the_limits_allow(
         seen = case.problem.distances(case.problem.sized(shape))
         reached.append(0.0 if seen is None else smallest(seen.apart, seen.needed))
     plan = plan_motion(diagnosis, [recording], one_axis())
-    designed = min(pair.after / pair.needed for pair in plan.pairs)
+    designed = min(pair.best / pair.needed for pair in plan.pairs)
     assert designed > 1.1 * max(reached)
 
 
