@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from edge_ident.diagnosis.error_budget import AgreeingCurve, ErrorBudget
     from edge_ident.diagnosis.result import AxisDiagnosis
 
+Array = NDArray[np.float64]
+
 
 class ParameterSource(StrEnum):
     """Which estimate an answer is."""
@@ -270,9 +272,6 @@ class Identification(Drawable):
 
 # The friction of an axis over its speed, by direction, whatever laws it is made of.
 
-
-Array = NDArray[np.float64]
-
 _POINTS: Final = 21
 _PLACES: Final = 16
 
@@ -306,22 +305,6 @@ class FrictionCurve:
     deviation: Array
     speed_unit: str
     unit: str
-
-    def document(self) -> dict[str, Any]:
-        """For scripts."""
-        return {
-            "speed": {"values": self.speed.tolist(), "unit": self.speed_unit},
-            **{
-                way: {
-                    "values": effort.tolist(),
-                    "low": (effort - self.deviation).tolist(),
-                    "high": (effort + self.deviation).tolist(),
-                }
-                for way, effort in (("forward", self.forward), ("backward", self.backward))
-            },
-            "coverage": 0.9,
-            "unit": self.unit,
-        }
 
     def table(self) -> dict[str, list[Any]]:
         """One row for each speed.

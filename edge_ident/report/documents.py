@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import AxisIdentification, Identification, ParameterSource
+from edge_ident.identification.result import (
+    AxisIdentification,
+    FrictionCurve,
+    Identification,
+    ParameterSource,
+)
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -37,7 +42,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "parameters": _parameters(axis),
         "physical": _with_known(estimate_document(axis.estimate, axis.units), axis.known),
         "effective": _effective(axis),
-        "friction_curve": None if curve is None else curve.document(),
+        "friction_curve": None if curve is None else friction_document(curve),
         "parameters_from": axis.source.value,
         "parameters_reason": axis.reason,
         "model_error": dict(zip(PARAMETERS, axis.model_error.tolist(), strict=True)),
@@ -65,6 +70,23 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
         "trusted": axis.trusted,
         "consistent": axis.consistent,
         "warnings": [dataclasses.asdict(finding) for finding in axis.findings],
+    }
+
+
+def friction_document(curve: FrictionCurve) -> dict[str, Any]:
+    """Efforts over speed by direction, with their bands."""
+    return {
+        "speed": {"values": curve.speed.tolist(), "unit": curve.speed_unit},
+        **{
+            way: {
+                "values": effort.tolist(),
+                "low": (effort - curve.deviation).tolist(),
+                "high": (effort + curve.deviation).tolist(),
+            }
+            for way, effort in (("forward", curve.forward), ("backward", curve.backward))
+        },
+        "coverage": 0.9,
+        "unit": curve.unit,
     }
 
 

@@ -22,10 +22,11 @@ from edge_ident.commissioning.promise import (
 from edge_ident.commissioning.verification import GainChange
 from edge_ident.control.drive_gains import GainDesigns
 from edge_ident.control.gain_design import GainDesign
-from edge_ident.report.chart import Chart, Layer, across, around, of_axes
+from edge_ident.report.chart import Array, Chart, Layer, across, around, of_axes
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Row, next_lines
 from edge_ident.support.documents import finite
 from edge_ident.support.rows import Cell, Table, table_of
+from edge_ident.support.words import spoken
 from firmware_interface.gains import AxisGains, Bank, numbers_in_use
 
 _RIPPLE: Final = "ripple_"
@@ -157,11 +158,16 @@ def designs_parts(designs: Mapping[str, GainDesign]) -> Iterator[Part]:
     rows = _design_rows(list(designs.values()))
     headings = ("", *(f"axis {name}" for name in designs))
     yield Grid("gains, in N·m, rad and s", headings, list(rows))
+    yield from (Line(f"  {said}") for said in effects_said(designs))
+
+
+def effects_said(designs: Mapping[str, GainDesign]) -> Iterator[str]:
+    """What became of each effect of the model."""
     for name, design in designs.items():
-        yield from (Line(f"  axis {name}: {of.effect}: {of.sentence}") for of in design.used)
-    for name, design in designs.items():
+        for used in design.used:
+            yield f"axis {name}, {spoken(used.effect)}: {used.sentence}"
         for unused in design.unused:
-            yield Line(f"  axis {name}: {unused.effect} is not used: {unused.reason}")
+            yield f"axis {name}, {spoken(unused.effect)} is not used: {unused.reason}"
 
 
 def _design_rows(designs: Sequence[GainDesign]) -> Iterator[tuple[str, ...]]:
@@ -207,19 +213,21 @@ def _loop_charts(name: str, designs: GainDesigns) -> tuple[Chart, Chart]:
     design, loop = designs.axes[name], designs.loops[name]
     omega, magnitude = loop.omega_rad_s, np.abs(loop.response)
     phase = np.degrees(np.unwrap(np.angle(loop.response)))
-    x, y = across(omega, "log"), across(magnitude, "log")
-    across_it, ends = ("frequency", "rad/s"), np.array([x.low, x.high])
-    one, half_turn = (Layer("line", "edge", ends, np.full(2, at)) for at in (1.0, -180.0))
-    margins = (
-        f"phase margin {design.phase_margin_deg:.0f}°",
-        f"gain margin {design.gain_margin:.3g}",
-    )
-    curves = (Layer("line", "extended", omega, of) for of in (magnitude, phase))
+    margins = f"phase margin {design.phase_margin_deg:.0f}°, gain margin {design.gain_margin:.3g}"
+    x, frequency = across(omega, "log"), ("frequency", "rad/s")
+
+    def layers(curve: Array, level: float) -> tuple[Layer, ...]:
+        ends = np.array([x.low, x.high])
+        return (
+            Layer("line", "edge", ends, np.full(2, level)),
+            Layer("line", "extended", omega, curve),
+        )
+
     return (
-        Chart("", ", ".join(margins), "", across_it, ("open loop, magnitude", ""), x, y,
-              (one, next(curves))),
-        Chart("", "", "", across_it, ("phase", "°"), x, around(np.append(phase, -180.0)),
-              (half_turn, next(curves))),
+        Chart("", margins, "", frequency, ("open loop, magnitude", ""), x,
+              across(magnitude, "log"), layers(magnitude, 1.0)),
+        Chart("", "", "", frequency, ("phase", "°"), x,
+              around(np.append(phase, -180.0)), layers(phase, -180.0)),
     )  # fmt: skip
 
 
@@ -350,14 +358,10 @@ def _predictions(report: GainReport, axis: str) -> list[tuple[str, list[str]]]:
     for quantity in ("rms", "peak"):
         found = [getattr(forecast, f"tracking_{quantity}") for forecast in forecasts]
         if found and None not in found:
-            cells = [
-                f"{1e3 * of.middle_rad:.3g} ({1e3 * of.low_rad:.3g} to {1e3 * of.high_rad:.3g})"
-                for of in found
-            ]
-            rows.append((f"tracking error, {quantity}, forecast (mrad)", cells))
+            rows.append((f"tracking error, {quantity}, forecast (mrad)", list(map(_span, found))))
     measured = _measured(report.change, axis)
     if measured is not None:
-        shown = ["" if rms is None else f"{1e3 * rms:.3g}" for rms in measured]
+        shown = ["" if rms is None else _mrad(rms) for rms in measured]
         rows.append(("tracking error, rms, measured (mrad)", shown))
     return rows
 

@@ -20,37 +20,14 @@ from edge_ident.report.chart import Chart, reach
 from edge_ident.report.diagnosis import axis_parts, diagnosis_document
 from edge_ident.report.findings import blocking_steps
 from edge_ident.report.numbers import digits, effort_word, sentence, unit_text
+from edge_ident.report.page import diagnosis_charts as charts
+from edge_ident.report.page import rendering as page
 from edge_ident.report.page.axis_details import axis_details
-from edge_ident.report.page.diagnosis_charts import (
-    Axes,
-    busiest,
-    cause_chart,
-    effort_chart,
-    followed,
-    loop_chart,
-    models,
-    quantities,
-    residual_chart,
-    residual_map,
-)
-from edge_ident.report.page.rendering import (
-    PICTURE_HEIGHT,
-    Card,
-    Provenance,
-    Status,
-    all_of,
-    counted,
-    number,
-    percent,
-    recorded,
-    source,
-    write_html,
-)
 from edge_ident.report.view import Grid, Line
 from edge_ident.support.documents import NOT_TEXT, atomic_write
 from edge_ident.support.words import listed, on_a_line, spoken, visible
 
-_STATUS: Final[dict[Verdict, tuple[Status, str]]] = {
+_STATUS: Final[dict[Verdict, tuple[page.Status, str]]] = {
     Verdict.ADEQUATE: ("good", "model fits"),
     Verdict.EXPLAINED: ("found", "cause found"),
     Verdict.PARTLY_EXPLAINED: ("open", "partly explained"),
@@ -65,7 +42,7 @@ _FOLLOWS: Final = {
 }
 
 
-def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
+def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> page.Card:
     """What the first screen says of an axis.
 
     Parameters
@@ -80,8 +57,10 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
     status, label = _STATUS[axis.verdict]
     if axis.verdict is Verdict.ADEQUATE and off_reference(axis.findings):
         status, label = "found", "off its reference"
-    follows = followed(name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort)
-    card = Card(
+    follows = charts.followed(
+        name, diagnosis.axes, axis.traces.effort - axis.traces.extended_effort
+    )
+    card = page.Card(
         axis=name,
         status=status,
         label=label,
@@ -90,7 +69,7 @@ def diagnosis_card(key: str, name: str, diagnosis: Diagnosis) -> Card:
         sure=[_in_short(name, diagnosis), *_sure(name, axis), *_elsewhere(name, diagnosis)],
         part=_part(axis, follows),
         action=_action(name, diagnosis),
-        chart=replace(_picture(key, name, diagnosis.axes, follows), height=PICTURE_HEIGHT),
+        chart=replace(_picture(key, name, diagnosis.axes, follows), height=page.PICTURE_HEIGHT),
     )
     return of_recordings(card, diagnosis)
 
@@ -113,14 +92,14 @@ def _sizes(name: str, axis: AxisDiagnosis) -> list[Markup]:
         else:
             effort = effort_word(axis.model.effort_unit)
             title = spoken(cause.term.effect).capitalize()
-            share = percent(cause.share, *at, "share")
+            share = page.percent(cause.share, *at, "share")
             said.append(Markup("{}, {} of the {}.").format(title, share, effort))
     return said
 
 
 def _with_unit(value: float, unit: str, *place: str | int) -> Markup:
     *at, name = place
-    return number(
+    return page.number(
         value, f"{digits(value, 2)}\u00a0{unit_text(unit)}", *at, "parameters", name, "value"
     )
 
@@ -149,11 +128,11 @@ def _curves(name: str, axis: AxisDiagnosis) -> list[Markup]:
     said = []
     for n, curve in enumerate(axis.curves):
         values, unit = curve.curve.values, unit_text(curve.curve.unit)
+        at = ("axes", name, "curves", n, "values")
         low, high = (
-            number(float(values[at]), digits(float(values[at]), 2), *("axes", name, "curves", n),
-                   "values", int(at))
-            for at in (np.argmin(values), np.argmax(values))
-        )  # fmt: skip
+            page.number(float(values[place]), digits(float(values[place]), 2), *at, int(place))
+            for place in (np.argmin(values), np.argmax(values))
+        )
         what = Markup("{} {} to {}\u00a0{} over {}")
         said.append(what.format(curve.curve.what, low, high, unit, curve.curve.over))
     if not said:
@@ -162,7 +141,7 @@ def _curves(name: str, axis: AxisDiagnosis) -> list[Markup]:
 
 
 def _part_of_it(name: str, axis: AxisDiagnosis) -> Markup:
-    share = percent(axis.explained_share, "axes", name, "explained_share")
+    share = page.percent(axis.explained_share, "axes", name, "explained_share")
     return Markup("That is {} of what the simple model gets wrong; the rest is open.").format(share)
 
 
@@ -170,7 +149,7 @@ def _listed(found: Sequence[str]) -> Markup:
     if len(found) <= 1:
         return Markup("").join(sentence(words) for words in found)
     return Markup("{} causes act on this axis: {}.").format(
-        counted(len(found)).capitalize(), Markup("; ").join(found)
+        page.counted(len(found)).capitalize(), Markup("; ").join(found)
     )
 
 
@@ -184,9 +163,9 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
     """The numbers behind it."""
     at = ("axes", name)
     word = effort_word(axis.model.effort_unit)
-    left = percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
-    floor = percent(axis.noise_floor, *at, "noise_floor")
-    before = percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
+    left = page.percent(axis.extended.fitted, *at, "extended", "relative_residual", "fitted")
+    floor = page.percent(axis.noise_floor, *at, "noise_floor")
+    before = page.percent(axis.base.fitted, *at, "base", "relative_residual", "fitted")
     if axis.extends_base:
         first = Markup("The error of the model falls from {} to {} of the {}.")
         said = [first.format(before, left, word)]
@@ -199,7 +178,7 @@ def _sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
         vibrations = "vibration is" if len(axis.lines) == 1 else "vibrations are"
         said.append(
             Markup("Above the compared frequencies, {} {} left that no cause explains.").format(
-                counted(len(axis.lines)), vibrations
+                page.counted(len(axis.lines)), vibrations
             )
         )
     if not axis.converged:
@@ -235,14 +214,14 @@ def _cause_sure(name: str, axis: AxisDiagnosis) -> list[Markup]:
                 "On parts of the recording that were kept back, the strongest cause takes away {} "
                 "of the error (95\u00a0% interval: {} to {})."
             ).format(
-                percent(cause.held_out_gain, *at, "held_out_gain"),
-                percent(low, *at, "held_out_gain_interval", 0),
-                percent(high, *at, "held_out_gain_interval", 1),
+                page.percent(cause.held_out_gain, *at, "held_out_gain"),
+                page.percent(low, *at, "held_out_gain_interval", 0),
+                page.percent(high, *at, "held_out_gain_interval", 1),
             )
         )
     alike = [spoken(other.effect) for other in cause.inseparable]
     if alike:
-        said.append(Markup("This motion cannot tell it from {}.").format(all_of(alike)))
+        said.append(Markup("This motion cannot tell it from {}.").format(page.all_of(alike)))
     return said
 
 
@@ -259,8 +238,8 @@ def _elsewhere(name: str, diagnosis: Diagnosis) -> list[Markup]:
     if found is None:
         return []
     at = ("validation", name)
-    base = percent(found.base, *at, "base", "relative_residual")
-    extended = percent(found.extended, *at, "extended", "relative_residual")
+    base = page.percent(found.base, *at, "base", "relative_residual")
+    extended = page.percent(found.extended, *at, "extended", "relative_residual")
     if not diagnosis.axes[name].causes:
         return [Markup("On another recording it misses {}.").format(base)]
     return [Markup("On another recording the error goes from {} to {}.").format(base, extended)]
@@ -298,7 +277,7 @@ def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:
     ]
     motion = _clearing_motion(axis)
     if motion:
-        steps.append(Markup("To be sure, record {}.").format(recorded(motion)))
+        steps.append(Markup("To be sure, record {}.").format(page.recorded(motion)))
     elif axis.causes and name not in diagnosis.validation:
         command = f"edge-ident diagnose {TOGETHER} --validate OTHER"
         confirm = Markup('To confirm it, record again, and: <code class="long">{}</code>')
@@ -319,20 +298,26 @@ def _clearing_motion(axis: AxisDiagnosis) -> str | None:
     return named(axis.suspected[0].term.effect).search.experiment if axis.suspected else None
 
 
-def _picture(key: str, name: str, axes: Axes, follows: str | None) -> Chart:
+def _picture(key: str, name: str, axes: charts.Axes, follows: str | None) -> Chart:
     """The strongest cause; without one the error over what it follows; else the effort."""
     axis = axes[name]
     if axis.causes and axis.causes[0].term.effect in axis.traces.contributions:
         effect = named(axis.causes[0].term.effect)
-        loop = loop_chart(key, axis, axis.causes[0]) if effect.search.needs_reversals else None
-        return loop or cause_chart(key, name, axes, axis.causes[0])
+        loop = (
+            charts.loop_chart(key, axis, axis.causes[0]) if effect.search.needs_reversals else None
+        )
+        return loop or charts.cause_chart(key, name, axes, axis.causes[0])
     if not axis.verdict.complete and follows == "time":
-        return residual_chart(key, axis)
+        return charts.residual_chart(key, axis)
     if not axis.verdict.complete and follows is not None:
-        _, label, effort = models(axis)[-1]
+        _, label, effort = charts.models(axis)[-1]
         shown = reach((axis.traces.effort - effort)[axis.traces.valid])
-        return residual_map(key, axis, quantities(name, axes)[follows], label, effort, shown)
-    return effort_chart(key, axis, busiest(axis) if axis.extends_base else slice(None))
+        return charts.residual_map(
+            key, axis, charts.quantities(name, axes)[follows], label, effort, shown
+        )
+    return charts.effort_chart(
+        key, axis, charts.busiest(axis) if axis.extends_base else slice(None)
+    )
 
 
 # The first screen of an axis where recordings are at fault, or differ.
@@ -341,7 +326,7 @@ TOGETHER: Final = "FIRST SECOND"
 """Stands for the names of the recordings, which the page knows."""
 
 
-def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
+def of_recordings(card: page.Card, diagnosis: Diagnosis) -> page.Card:
     """The card with what forbids to name a cause in place of advice on the machine, and with what
     tells in what two recordings differ.
 
@@ -387,7 +372,7 @@ def of_recordings(card: Card, diagnosis: Diagnosis) -> Card:
 
 
 def write_page(
-    diagnosis: Diagnosis, provenance: Provenance, folder: Path, model_file: Path | None = None
+    diagnosis: Diagnosis, provenance: page.Provenance, folder: Path, model_file: Path | None = None
 ) -> Path:
     """Write the page.
 
@@ -421,10 +406,10 @@ def write_page(
         "model_file": model_file,
     }
     document = diagnosis_document(diagnosis, model_file)
-    return write_html("diagnosis.html.jinja", content, document, folder)
+    return page.write_html("diagnosis.html.jinja", content, document, folder)
 
 
-def _named(card: Card, provenance: Provenance) -> Card:
+def _named(card: page.Card, provenance: page.Provenance) -> page.Card:
     """The card with the names of the recordings in its commands."""
     files = [*provenance.files, *([provenance.validation] if provenance.validation else [])]
     names = str(escape(shlex.join(name for name, _ in files)))
@@ -465,10 +450,10 @@ def write_markdown(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -
         The page.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    page = folder / MARKDOWN_FILE
+    file = folder / MARKDOWN_FILE
     text = "\n".join(_page(diagnosis, sources, folder)) + "\n"
-    page.write_text(text, encoding="utf-8", errors=NOT_TEXT)
-    return page
+    file.write_text(text, encoding="utf-8", errors=NOT_TEXT)
+    return file
 
 
 def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterator[str]:
@@ -481,7 +466,7 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
         yield f"\n## Axis {_plain(name)}"
         for part in (*axis_parts(name, diagnosis), *filter(None, tables)):
             yield from _line(part) if isinstance(part, Line) else _table(part)
-        charts = [
+        pictures = [
             diagnosis_card("a-first", name, diagnosis).chart,
             *details.cause_charts,
             *details.time_charts,
@@ -489,7 +474,7 @@ def _page(diagnosis: Diagnosis, sources: Sequence[str], folder: Path) -> Iterato
             details.spectrum,
         ]
         stem = re.sub(r"\W", "_", name)
-        for place, chart in enumerate(charts):
+        for place, chart in enumerate(pictures):
             yield from _saved(chart, folder / f"{stem}_{place}.svg")
 
 
@@ -544,7 +529,7 @@ def save_chart(chart: Chart, file: Path) -> None:
     ).format(
         all=_WIDTH,
         height=height,
-        style=Markup(source("style.css") + _ALONE),
+        style=Markup(page.source("style.css") + _ALONE),
         title=chart.title,
         legend=_legend(chart),
         left=_LEFT,

@@ -21,7 +21,7 @@ from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Scale
-from edge_ident.report.gains import gain_label, gain_rows, promise_grid, tried
+from edge_ident.report.gains import effects_said, gain_label, gain_rows, promise_grid, tried
 from edge_ident.report.identification import identified_charts
 from edge_ident.report.numbers import (
     digits,
@@ -33,18 +33,7 @@ from edge_ident.report.numbers import (
     unit_text,
     with_interval,
 )
-from edge_ident.report.page.rendering import (
-    PICTURE_HEIGHT,
-    Card,
-    IntervalPicture,
-    IntervalRow,
-    Provenance,
-    all_of,
-    angle,
-    number,
-    percent,
-    write_html,
-)
+from edge_ident.report.page import rendering as page
 from edge_ident.report.run_documents import axis_steps, peaks
 from edge_ident.report.run_tables import (
     motions_grid,
@@ -133,15 +122,15 @@ def write_run_page(
         "peaks": peaks_table(outcome.separation),
         "became": _became(outcome),
         "gains": _gains(outcome),
-        "effects": effects_said(outcome),
+        "effects": list(map(sentence, effects_said(outcome.designs))),
         "promised": promise and promise_grid(promise),
         "promise_picture": promise and promise_picture(promise),
         "worth": tracking_grid(outcome) if verified else None,
         "times": _times(outcome),
-        "provenance": Provenance.of(recordings, machine=machine),
+        "provenance": page.Provenance.of(recordings, machine=machine),
         "origin": _origin(document),
     }
-    return write_html("run.html.jinja", content, document, folder)
+    return page.write_html("run.html.jinja", content, document, folder)
 
 
 def _origin(document: dict[str, Any]) -> list[tuple[str, str]]:
@@ -253,7 +242,7 @@ def _times(outcome: Outcome) -> Grid:
 _FIRST_TERMS: Final = tuple(gain for gain in GAIN_FIELDS[3] if gain in OFF)
 
 
-def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = None) -> Card:
+def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = None) -> page.Card:
     """What the first screen says of an axis.
 
     Parameters
@@ -274,9 +263,9 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     contradicted = outcome.change is not None and name in outcome.change.contradicted
     if causes:
         said = "The motion does not confirm" if contradicted else "The diagnosis found"
-        words = all_of(in_words(causes[:2]))
+        words = page.all_of(in_words(causes[:2]))
         verdict += Markup(" {}: {}.").format(said, words)
-    return Card(
+    return page.Card(
         axis=name,
         status="good" if ending.good else "open",
         label=ending.spoken,
@@ -285,7 +274,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
         sure=[*_model_sure(name, axis, outcome), *_tracking_sure(name, outcome)],
         part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
         action=[escape(sentence(step)) for step in axis_steps(axis, outcome, device)],
-        chart=replace(chart, height=PICTURE_HEIGHT),
+        chart=replace(chart, height=page.PICTURE_HEIGHT),
         written=_written(name, outcome),
         table=_changes(name, outcome),
     )
@@ -325,7 +314,11 @@ def _fall(name: str, tracking: Tracking) -> Markup:
 
     def shown(field: str, value: float) -> str:
         at = ("verification", name, field)
-        return str(number(value, digits(value, 3), *at) if field == "ratio" else angle(value, *at))
+        return str(
+            page.number(value, digits(value, 3), *at)
+            if field == "ratio"
+            else page.angle(value, *at)
+        )
 
     errors = tracking.before_rad, tracking.after_rad, tracking.count_rad
     return Markup(error_fall(*errors, shown))
@@ -347,8 +340,8 @@ def _forecast(name: str, change: GainChange | None) -> Markup:
     return said + Markup(
         " By the forecast, new gains take the error from the path from {} to {} (rms)."
     ).format(
-        angle(of_axis.now.rms_rad, *at, "now", "rms_rad"),
-        angle(of_axis.after.rms.middle_rad, *at, "after", "rms_rad"),
+        page.angle(of_axis.now.rms_rad, *at, "now", "rms_rad"),
+        page.angle(of_axis.after.rms.middle_rad, *at, "after", "rms_rad"),
     )
 
 
@@ -362,7 +355,7 @@ def _written(name: str, outcome: Outcome) -> list[Markup]:
     said = [Markup("The new gains below, read back and confirmed by {}. {}").format(by, kept)]
     used = [spoken(of.effect) for of in outcome.designs[name].used]
     if used:
-        said.append(Markup("They make up for: {}.").format(all_of(used)))
+        said.append(Markup("They make up for: {}.").format(page.all_of(used)))
     return said
 
 
@@ -377,12 +370,12 @@ def _model_sure(name: str, axis: AxisIdentification, outcome: Outcome) -> list[M
     return [
         Markup("<b>{}</b>").format(short),
         Markup("The model misses {} of the {}.").format(
-            percent(axis.metric.relative_residual, *at, "metric", "relative_residual"),
+            page.percent(axis.metric.relative_residual, *at, "metric", "relative_residual"),
             effort_word(axis.units[3]),
         ),
         Markup("The inertia is {} ± {} {} (one standard deviation).").format(
-            number(inertia, value_text, *place, "value"),
-            number(std, std_text, *place, "std"),
+            page.number(inertia, value_text, *place, "value"),
+            page.number(std, std_text, *place, "std"),
             unit_text(axis.units[0]),
         ),
     ]
@@ -392,7 +385,7 @@ def _tracking_sure(name: str, outcome: Outcome) -> list[Markup]:
     tracking = tracking_of(name, outcome)
     if tracking is None:
         return []
-    least = angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
+    least = page.angle(tracking.repeatability_rad, "verification", name, "repeatability_rad")
     if not tracking.limited_by_floor:
         return [
             Markup("The motion repeats within {}: a smaller change means nothing.").format(least)
@@ -413,15 +406,15 @@ def _changes(name: str, outcome: Outcome) -> Grid | None:
     if tracking is not None:
         at = ("verification", name)
         cells["tracking error, rms"] = (
-            angle(tracking.before_rad, *at, "tracking_rms_before_rad"),
-            angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
+            page.angle(tracking.before_rad, *at, "tracking_rms_before_rad"),
+            page.angle(tracking.after_rad, *at, "tracking_rms_after_rad"),
         )
     if design is not None:
         old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
         cells |= {
             gain_label(gain): (
-                number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
-                number(new[gain], digits(new[gain], 3), "designs", name, "gains", gain),
+                page.number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
+                page.number(new[gain], digits(new[gain], 3), "designs", name, "gains", gain),
             )
             for gain in _FIRST_TERMS
             if new[gain] != old[gain]
@@ -478,23 +471,13 @@ def taken_back(change: GainChange) -> str:
     return "The new gains followed worse."
 
 
-def effects_said(outcome: Outcome) -> list[str]:
-    """What became of each effect of the model, a sentence each."""
-    said = []
-    for name, design in outcome.designs.items():
-        parts = [f"{spoken(of.effect)}: {of.sentence}" for of in design.used]
-        parts += [f"{spoken(of.effect)} is not used: {of.reason}" for of in design.unused]
-        said += [f"Axis {name}, {part}." for part in parts]
-    return said
-
-
-def promise_picture(promise: Promise) -> IntervalPicture | None:
+def promise_picture(promise: Promise) -> page.IntervalPicture | None:
     """Rms errors of every axis and motion; None where a forecast has no end."""
     shown = [1e3 * value for *_, of in promise.every for value in _errors(of)]
     if not all(map(math.isfinite, shown)) or min(shown) <= 0.0:
         return None
     scale = Scale(min(shown) / _ROOM, max(shown) * _ROOM, "log")
-    return IntervalPicture(
+    return page.IntervalPicture(
         "promise",
         "Tracking error, rms (mrad)",
         [_line(f"axis {a}, {m}", of, promise.judged, scale) for m, a, of in promise.every],
@@ -510,7 +493,7 @@ def _errors(of: Promised) -> list[float]:
     return [of.now.rms_rad, of.after.rms.low_rad, of.after.rms.high_rad, *measured]
 
 
-def _line(name: str, of: Promised, judged: int, scale: Scale) -> IntervalRow:
+def _line(name: str, of: Promised, judged: int, scale: Scale) -> page.IntervalRow:
     values = [1e3 * value for value in _errors(of)]
     at = [f"{100.0 * float(scale.fraction(np.array(value))):.2f}%" for value in values]
     now, low, high, *measured = (digits(value, 3) for value in values)
@@ -525,7 +508,7 @@ def _line(name: str, of: Promised, judged: int, scale: Scale) -> IntervalRow:
         '<line class="promised" x1="{}" x2="{}" y1="8" y2="8"/>{}</svg>'
     ).format(said, *at[:3], cross)
     value = f"{now} → {measured[0]}" if measured else now
-    return IntervalRow(name, value, picture, of.rms_kept(judged) is False)
+    return page.IntervalRow(name, value, picture, of.rms_kept(judged) is False)
 
 
 def peaks_table(separation: Separation) -> Grid:

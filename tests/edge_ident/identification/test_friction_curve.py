@@ -7,6 +7,7 @@ import edge_ident
 from edge_ident.identification.result import FrictionCurve
 from edge_ident.model.measured_curves import ENTRIES, at_entries, entries
 from edge_ident.model.model import AxisModel, Model, Term
+from edge_ident.report.documents import friction_document
 
 BASE = edge_ident.reduced_model().axes["x"].terms[0]
 _, VISCOUS, COULOMB, OFFSET = edge_ident.reduced_model().axes["x"].parameters
@@ -51,7 +52,7 @@ def test_friction_that_bends_without_a_law_is_the_curve() -> None:
 
 
 def test_scripts_get_the_curve() -> None:
-    document = curve_of().document()
+    document = friction_document(curve_of())
     assert document["unit"] == "N*m"
     assert document["speed"]["unit"] == "rad/s"
     for way in ("forward", "backward"):
