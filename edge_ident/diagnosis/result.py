@@ -7,7 +7,7 @@ figures of one table have one denominator.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from edge_ident.signals.metrics import rms
 from edge_ident.support.rows import Drawable
 
 Array = NDArray[np.float64]
+Kind = Literal["supported", "suspected", "minor"]
 
 _TINY: Final = float(np.finfo(float).tiny)
 
@@ -221,6 +222,11 @@ class AxisDiagnosis:
     share_in_band: float = 1.0
     lines: tuple[SpectralLine, ...] = ()
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def by_kind(self) -> dict[Kind, tuple[Cause, ...]]:
+        """Causes by how far the data support them."""
+        return {"supported": self.causes, "suspected": self.suspected, "minor": self.minor}
 
     @property
     def minor_in_model(self) -> tuple[Cause, ...]:

@@ -82,13 +82,17 @@ def _leaves_noise(axis: AxisDiagnosis) -> bool:
 
 def spoken_line(line: SpectralLine) -> str:
     """Amplitude, and order or frequency, of a line; in the unit of the effort."""
-    amplitude = f"an amplitude of {line.amplitude:.3g}"
+    return f"an amplitude of {line.amplitude:.3g} at {spoken_place(line)}"
+
+
+def spoken_place(line: SpectralLine) -> str:
+    """Order or frequency of a line."""
     if line.order is not None:
-        return f"{amplitude} at order {line.order:.4g}"
+        return f"order {line.order:.4g}"
     if line.frequency_range_hz is not None:
         lowest, highest = line.frequency_range_hz
-        return f"{amplitude} at a frequency that moves between {lowest:.3g} and {highest:.3g} Hz"
-    return f"{amplitude} at {line.frequency_hz:.4g} Hz"
+        return f"a frequency that moves between {lowest:.3g} and {highest:.3g} Hz"
+    return f"{line.frequency_hz:.4g} Hz"
 
 
 def spoken_vibrations(axis: AxisDiagnosis) -> list[str]:

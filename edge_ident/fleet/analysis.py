@@ -18,9 +18,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause
+from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Kind
 from edge_ident.errors import EdgeIdentError, ModelError
-from edge_ident.fleet.result import Failed, Kind, SurveyedAxis, SurveyedCause, Value
+from edge_ident.fleet.result import Failed, SurveyedAxis, SurveyedCause, Value
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.effects import named, registered
@@ -253,11 +253,7 @@ def _axis(axis: AxisIdentification) -> SurveyedAxis:
 
 
 def _causes(diagnosis: AxisDiagnosis) -> tuple[SurveyedCause, ...]:
-    kinds: tuple[tuple[Kind, tuple[Cause, ...]], ...] = (
-        ("supported", diagnosis.causes),
-        ("suspected", diagnosis.suspected),
-        ("minor", diagnosis.minor),
-    )
+    kinds = diagnosis.by_kind.items()
     return tuple(_cause(cause, kind, diagnosis.model) for kind, of in kinds for cause in of)
 
 

@@ -3,11 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from edge_ident.diagnosis.result import Kind
 from edge_ident.support.rows import Readable
-
-Kind = Literal["supported", "suspected", "minor"]
 
 
 @dataclass(frozen=True)

@@ -225,10 +225,9 @@ def cause_table(diagnosis: Diagnosis) -> Table:
 
 
 def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
-    kinds = {"supported": axis.causes, "suspected": axis.suspected, "minor": axis.minor}
-    if not any(kinds.values()):
+    if not any(axis.by_kind.values()):
         yield name, axis.verdict.value, *(None,) * (len(NAMES) - 2)
-    for kind, causes in kinds.items():
+    for kind, causes in axis.by_kind.items():
         for cause in causes:
             for row in term_rows(cause.term, axis.model.units):
                 size = cause.share, cause.held_out_gain, cause.evidence

@@ -2,6 +2,8 @@
 
 A package that offers names of many modules would otherwise load scipy and onnxruntime for a caller
 who wants neither.
+
+So do the views of results: a result is plain data, and does not know what shows it.
 """
 
 from collections.abc import Callable, Mapping

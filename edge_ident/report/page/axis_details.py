@@ -1,13 +1,14 @@
 """All about one axis of a diagnosis: causes, charts and tables below the first screen."""
 
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from markupsafe import Markup
 
 from edge_ident.diagnosis import wording as terms
 from edge_ident.diagnosis.error_budget import NOISE, BudgetCurve, BudgetEntry, ErrorBudget
-from edge_ident.diagnosis.measures import ModelFit, SpectralLine, Validation
+from edge_ident.diagnosis.measures import ModelFit, Validation
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.wording import distinct_causes
 from edge_ident.model.effects import named
@@ -35,6 +36,8 @@ from edge_ident.report.page.diagnosis_charts import (
 )
 from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
+
+_AN_ORDER: Final = " (repetitions per turn, or per metre)"
 
 # Causes of an axis as a ranked list with bars, with what speaks for and against each.
 
@@ -70,10 +73,13 @@ class Bar:
 
 def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
     """Supported causes, strongest first, then suspected and minor ones, and what is left."""
-    groups = (("supported", axis.causes), ("suspected", axis.suspected), ("minor", axis.minor))
-    shares = [cause.share for _, causes in groups for cause in causes]
+    shares = [cause.share for causes in axis.by_kind.values() for cause in causes]
     longest = max([*shares, axis.extended.fitted]) or 1.0
-    bars = [_bar(kind, cause, axis, longest) for kind, causes in groups for cause in causes]
+    bars = [
+        _bar(kind, cause, axis, longest)
+        for kind, causes in axis.by_kind.items()
+        for cause in causes
+    ]
     rest = axis.extended.fitted
     noise = f"noise alone would leave {digits(100 * axis.noise_floor, 2)} %"
     return [
@@ -125,20 +131,10 @@ def other_remarks(axis: AxisDiagnosis) -> list[str]:
     ]
     said += [
         f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at "
-        f"{_place(line)}."
+        f"{terms.spoken_place(line)}{_AN_ORDER if line.order is not None else ''}."
         for line in axis.lines
     ]
     return said + _finding_sentences(axis)
-
-
-def _place(line: SpectralLine) -> str:
-    """Order or frequency of a line."""
-    if line.order is not None:
-        return f"order {digits(line.order, 4)} (repetitions per turn, or per metre)"
-    if line.frequency_range_hz is not None:
-        lowest, highest = line.frequency_range_hz
-        return f"a frequency that moves between {digits(lowest, 3)} and {digits(highest, 3)} Hz"
-    return f"{digits(line.frequency_hz or 0.0, 4)} Hz"
 
 
 def _finding_sentences(axis: AxisDiagnosis) -> list[str]:
