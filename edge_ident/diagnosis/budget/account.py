@@ -330,7 +330,9 @@ class Account:
         """
         products, place = self.model.products, self.model.place(k)
         left = products.signal - self.model.predicted
-        root = np.linalg.cholesky(self.model.covariance[place, place])
+        # of a stiff curve some variances are zero but for rounding, which a Cholesky factor refuses
+        variances, axes = np.linalg.eigh(self.model.covariance[place, place])
+        root = axes * np.sqrt(np.maximum(variances, 0.0))
         directions = products.values[:, products.places[k]] @ root
         seen = np.sum(np.abs(np.fft.rfft(directions, axis=0)) ** 2, axis=1)
         power = np.abs(np.fft.rfft(left)) ** 2
