@@ -11,7 +11,7 @@ from firmware_interface.plant.effect import Effect, Scales
 _WINDING: Final = (0.4, 8.0)  # share of a motor's warming; the record over its time constant
 _KNEE: Final = 8  # power that rounds the knee of a saturation
 _READINGS: Final = (0.7, 1.3)  # ages of the two that a late recorder averages, over their mean
-_TILT: Final = 0.1  # error twice a turn over that once a turn
+_TILT: Final = 0.05  # error twice a turn over that once a turn
 
 
 @dataclass(frozen=True)

@@ -333,7 +333,7 @@ def test_eccentricity_shows_once_a_turn_and_grows_with_the_square_of_speed() -> 
         effect, recordings = inflict("encoder_eccentricity", swings(amplitude))
         error = recordings.position - recordings.true_angle
         angle = recordings.true_angle
-        once, twice = np.sin(angle + along(effect.phase_rad)), 0.1 * np.sin(2 * angle)
+        once, twice = np.sin(angle + along(effect.phase_rad)), 0.05 * np.sin(2 * angle)
         expected = along(effect.size) * (once + twice)
         assert np.allclose(error, expected, atol=1e-9)
         bent.append(abs(np.diff(error, 2, axis=-1)).max(axis=-1))

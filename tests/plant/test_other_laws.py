@@ -22,7 +22,7 @@ from firmware_interface.plant.plant import overriding
 
 OF_MASSES = ("backlash", "presliding_hysteresis", "coupling_compliance")
 LEFT = 0.003
-SEEDS = (80, 81)
+SEEDS = (82, 83)
 DRIVES, MOTION = draw_drives(1, 71), multisine(4000, 71)
 SCALES = Scales.of(DRIVES, MOTION)
 INERTIA, VISCOUS, COULOMB, OFFSET = SCALES.rigid[0, 0].tolist()

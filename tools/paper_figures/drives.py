@@ -154,7 +154,7 @@ def _differences(cases: list[Case]) -> str:
     passed = np.mean([guesses_that_pass(case) for case in cases], axis=0)
     return (
         "The paper does not print its drives. These are flexible simulations of two axes in "
-        "closed loop, which share no formula with the network's training, with an encoder of 8400 "
+        "closed loop, which share no code with the network's training, with an encoder of 8400 "
         "counts and 2 % effort noise. The paper's metric says little: of single random guesses, "
         f"without any network, {percent(passed[0], 0)} pass 0.90 and {percent(passed[1], 0)} pass "
         "0.98. Fit and relative residual tell the methods apart. Most of what is left is friction "

@@ -1,4 +1,4 @@
-"""Cures in closed loop: the board's law around the independent plant, which shares no formula."""
+"""Cures in closed loop: the board's law around the independent plant."""
 
 from dataclasses import replace
 
