@@ -12,22 +12,10 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning, report
+from edge_ident.cli import options
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import (
-    HideOptions,
-    Json,
-    RecordingOutput,
-    ResultOptions,
-    Seed,
-    SimulatedCycles,
-    check_named,
-    for_axes,
-    periods,
-    recording_file,
-    share,
-)
 from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
@@ -111,10 +99,10 @@ def board(
     tcp: TcpPort = None,
     bind: Address = "127.0.0.1",
     speed: Speed = "1",
-    faults: HideOptions,
+    faults: options.HideOptions,
     fail: Failures = None,
     press_stop: PressStop = False,
-    results: ResultOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
 
@@ -242,7 +230,9 @@ Socket = Annotated[
 
 
 @command
-def plant(*, socket: Socket = None, faults: HideOptions, results: ResultOptions) -> None:
+def plant(
+    *, socket: Socket = None, faults: options.HideOptions, results: options.ResultOptions
+) -> None:
     """Serve the virtual drive without a board, for firmware to control, until Ctrl-C.
 
     The reference firmware connects to it with its option --plant PATH. Every connection gets a new
@@ -310,14 +300,14 @@ class MotionOptions(FileOptions):
             "followed at its own sampling rate.",
         ),
     ] = "sinusoid"
-    cycles: SimulatedCycles = None
+    cycles: options.SimulatedCycles = None
 
     def load(self) -> "Motion":
         """Return the name of the motion, or what the file holds."""
-        periods(self.context, _NAMED_MOTIONS.get(self.motion, self.motion), self.cycles)
+        options.periods(self.context, _NAMED_MOTIONS.get(self.motion, self.motion), self.cycles)
         if self.motion in _NAMED_MOTIONS:
             return _NAMED_MOTIONS[self.motion]
-        check_named(self.motion)
+        options.check_named(self.motion)
         path = Path(self.motion)
         return edge_ident.load_motion(path) if path.suffix == ".json" else self.read(path)
 
@@ -330,7 +320,7 @@ class MeasurementOptions:
         float,
         typer.Option(
             "--noise",
-            parser=share,
+            parser=options.share,
             metavar="SHARE",
             help="White noise of the effort, relative to the rms effort, such as 5% or 0.05.",
         ),
@@ -354,18 +344,18 @@ class MeasurementOptions:
             help="Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
         ),
     ] = None
-    seed: Seed = 0
+    seed: options.Seed = 0
 
 
 @command
 def simulate(
     *,
-    output: RecordingOutput,
+    output: options.RecordingOutput,
     model: ModelName = "full",
     motion: MotionOptions,
     measurement: MeasurementOptions,
     stiff: Stiff = False,
-    json: Json = False,
+    json: options.Json = False,
 ) -> None:
     """Simulate a drive that follows a motion in closed loop, and write a recording of it.
 
@@ -373,11 +363,11 @@ def simulate(
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
     """
-    output = recording_file(output)
+    output = options.recording_file(output)
     followed, seed = motion.load(), measurement.seed
     drive = _model(model)
     if drive is not None and isinstance(followed, edge_ident.Recording):
-        drive = for_axes(drive, followed.axes, model)
+        drive = options.for_axes(drive, followed.axes, model)
     with shown_progress() as bars:
         bars.stage(f"simulating {model}")
         recording = edge_ident.simulate(

@@ -7,24 +7,10 @@ import typer
 
 import edge_ident
 from edge_ident import report
+from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import (
-    Details,
-    DriveFile,
-    Json,
-    Machine,
-    ModelFile,
-    ResultOptions,
-    Seed,
-    check_no_run,
-    drive_for,
-    model_for,
-    named,
-    part,
-    save_result_model,
-)
 from edge_ident.support.stopwatch import keep
 
 # The command diagnose: what a model gets wrong, and why.
@@ -46,7 +32,7 @@ Tolerance = Annotated[
     float,
     typer.Option(
         "--tolerance",
-        parser=part,
+        parser=options.part,
         metavar="SHARE",
         envvar="EDGE_IDENT_TOLERANCE",
         help="Smallest part of the rms effort that a cause must explain to be reported, "
@@ -91,15 +77,15 @@ def diagnose(
     *,
     files: RecordingFiles,
     validate: ValidationFile = None,
-    model: ModelFile = None,
+    model: options.ModelFile = None,
     tolerance: Tolerance = edge_ident.TOLERANCE,
     stability: Stability = True,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",
-    machine: Machine = "",
+    machine: options.Machine = "",
     reading: FileOptions,
-    details: Details = False,
-    results: ResultOptions,
+    details: options.Details = False,
+    results: options.ResultOptions,
 ) -> None:
     """Find out what the base model gets wrong, and extend it by physical causes.
 
@@ -109,12 +95,12 @@ def diagnose(
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
-    check_no_run(results.output)
+    options.check_no_run(results.output)
     keep()
     with shown_progress() as bars:
         bars.stage("reading")
         recordings = [reading.read(file) for file in files]
-        known = model_for(model, recordings[0].axes)
+        known = options.model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
             recordings, model=known, validate=reading.read(validate) if validate else None,
             tolerance=tolerance, stability=stability, keep_minor=keep_minor, on_progress=bars.show,
@@ -124,7 +110,7 @@ def diagnose(
     found = report.with_next_steps(found, done)
     model_file = None
     if results.output:
-        model_file = save_result_model(found.model, files, results.output, known)
+        model_file = options.save_result_model(found.model, files, results.output, known)
         source = report.Provenance.of(files, validate, machine)
         say(f"written: {_written(page, found, source, results.output, model_file)}")
     results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
@@ -154,7 +140,7 @@ MotionOutput = Annotated[
         "--output",
         "-o",
         metavar="FILE",
-        parser=named,
+        parser=options.named,
         help="File to write the motion to, for capture --motion FILE.",
     ),
 ]
@@ -175,13 +161,13 @@ Seconds = Annotated[
 def plan(
     *,
     files: RecordingFiles,
-    drive: DriveFile = None,
-    model: ModelFile = None,
+    drive: options.DriveFile = None,
+    model: options.ModelFile = None,
     seconds: Seconds = None,
-    seed: Seed = 0,
+    seed: options.Seed = 0,
     reading: FileOptions,
     output: MotionOutput = None,
-    json: Json = False,
+    json: options.Json = False,
 ) -> None:
     """Design a motion that separates the causes that the recordings leave open.
 
@@ -193,7 +179,7 @@ def plan(
     """
     recordings = [reading.read(file) for file in files]
     axes = recordings[0].axes
-    limits, known = drive_for(drive, axes), model_for(model, axes)
+    limits, known = options.drive_for(drive, axes), options.model_for(model, axes)
     say(_whose(drive))
     keep()
     with shown_progress() as bars:

@@ -9,22 +9,10 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning, report
+from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, with_example
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import progress_if_any, say, shown_progress
-from edge_ident.cli.options import (
-    Bandwidth,
-    BoardOptions,
-    Details,
-    DriveFile,
-    ModelFile,
-    NetworkOptions,
-    NoDiagnose,
-    ResultOptions,
-    drive_for,
-    given_model,
-    model_for,
-)
 from edge_ident.cli.sessions import connected, located
 from edge_ident.support.words import listed
 
@@ -71,14 +59,14 @@ def register(app: typer.Typer) -> None:
 def design(
     *,
     recording: RecordingOptions,
-    drive: DriveFile = None,
-    bandwidth: Bandwidth = None,
+    drive: options.DriveFile = None,
+    bandwidth: options.Bandwidth = None,
     control_delay: ControlDelay = 0.0005,
-    network: NetworkOptions,
-    model: ModelFile = None,
-    no_diagnose: NoDiagnose = False,
-    details: Details = False,
-    results: ResultOptions,
+    network: options.NetworkOptions,
+    model: options.ModelFile = None,
+    no_diagnose: options.NoDiagnose = False,
+    details: options.Details = False,
+    results: options.ResultOptions,
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
 
@@ -88,10 +76,10 @@ def design(
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
     recorded = recording.load()
-    described = drive_for(drive, recorded.axes)
+    described = options.drive_for(drive, recorded.axes)
     with progress_if_any() as show:
         found = edge_ident.identify(
-            recorded, network.load(), model=model_for(model, recorded.axes),
+            recorded, network.load(), model=options.model_for(model, recorded.axes),
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
     done = recording.done(recording.file, model=model)
@@ -115,7 +103,11 @@ def design(
 
 
 def _show(
-    found: edge_ident.Identification, results: ResultOptions, done: "report.Done", *, details: bool
+    found: edge_ident.Identification,
+    results: options.ResultOptions,
+    done: "report.Done",
+    *,
+    details: bool,
 ) -> None:
     then = _NEXT if results.output is None else ""
     results.answer(
@@ -147,7 +139,7 @@ Backups = Annotated[
 class ForecastOptions:
     """Options that say from what margins and tracking are predicted."""
 
-    model: ModelFile = None
+    model: options.ModelFile = None
     recording: Annotated[
         Path | None,
         typer.Option(
@@ -162,7 +154,7 @@ class ForecastOptions:
         if self.model is None and self.recording is None:
             return ()
         motion = None if self.recording is None else edge_ident.load_recording(self.recording)
-        known = model_for(self.model, board.axes)
+        known = options.model_for(self.model, board.axes)
         forecaster = commissioning.Forecaster(board.identity, board.limits(), known, motion)
         return forecaster.forecast(banks)
 
@@ -189,7 +181,9 @@ class ChangeOptions:
 
 
 @command
-def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions) -> None:
+def show(
+    *, where: options.BoardOptions, forecast: ForecastOptions, results: options.ResultOptions
+) -> None:
     """Show the active and the staged gains of a board.
 
     With --model or --recording, the margins and the tracking error are predicted. The gains are
@@ -213,7 +207,11 @@ def show(*, where: BoardOptions, forecast: ForecastOptions, results: ResultOptio
 
 @command
 def diff(
-    *, file: GainsFile, where: BoardOptions, forecast: ForecastOptions, results: ResultOptions
+    *,
+    file: GainsFile,
+    where: options.BoardOptions,
+    forecast: ForecastOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Compare the gains of a file with the active gains; nothing is written to the board.
 
@@ -234,10 +232,10 @@ def diff(
 def stage(
     *,
     file: GainsFile,
-    where: BoardOptions,
+    where: options.BoardOptions,
     forecast: ForecastOptions,
     change: ChangeOptions,
-    results: ResultOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Check the gains of a file and write them to the board without activating them.
 
@@ -266,10 +264,10 @@ def stage(
 @command
 def commit(
     *,
-    where: BoardOptions,
+    where: options.BoardOptions,
     forecast: ForecastOptions,
     change: ChangeOptions,
-    results: ResultOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Activate the staged gains; they are kept if two motions follow as well as forecast.
 
@@ -288,7 +286,7 @@ def commit(
             predicted = _checked(board, active, staged, forecast, change)
             backup = commissioning.back_up(active, board.identity, change.backups)
             with shown_progress() as bars:
-                known = given_model(forecast.model)
+                known = options.given_model(forecast.model)
                 done = commissioning.commit_staged(board, drive, staged, bars, known)
                 said += _in_force(done)
             number = board.identity.serial_number
@@ -299,7 +297,7 @@ def commit(
 
 
 @command
-def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
+def rollback(*, where: options.BoardOptions, results: options.ResultOptions) -> None:
     """Return to the previous gains while the new ones are not confirmed.
 
     To return to older gains, use restore. The result is printed; with --output it is also written
@@ -318,7 +316,10 @@ def rollback(*, where: BoardOptions, results: ResultOptions) -> None:
 
 @command
 def store(
-    *, where: BoardOptions, backups: Backups = Path("edge-ident-gains"), results: ResultOptions
+    *,
+    where: options.BoardOptions,
+    backups: Backups = Path("edge-ident-gains"),
+    results: options.ResultOptions,
 ) -> None:
     """Write the active gains to the permanent memory of the board.
 
@@ -344,10 +345,10 @@ def store(
 def restore(
     *,
     file: GainsFile,
-    where: BoardOptions,
+    where: options.BoardOptions,
     forecast: ForecastOptions,
     change: ChangeOptions,
-    results: ResultOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Stage the gains of a backup and activate them; they are kept if a motion ends without fault.
 
@@ -404,7 +405,7 @@ def _in_force(done: "commissioning.GainChange") -> list[str]:
     return ["new gains are in force, and confirmed"] if done.confirmed else []
 
 
-def _deliver(found: "report.GainReport", results: ResultOptions, *done: str) -> None:
+def _deliver(found: "report.GainReport", results: options.ResultOptions, *done: str) -> None:
     with noting(done):
         results.deliver(report.gain_report_document(found), "board_gains.json")
         results.show(report.gain_report_view(found))

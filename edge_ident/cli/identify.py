@@ -6,24 +6,10 @@ import typer
 
 import edge_ident
 from edge_ident import report
+from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import print_document, progress_if_any, say, shown_progress
-from edge_ident.cli.options import (
-    Details,
-    Json,
-    ModelFile,
-    NetworkFile,
-    NetworkOptions,
-    NoDiagnose,
-    OptionalRecordingOutput,
-    ResultOptions,
-    Seed,
-    check_no_run,
-    model_for,
-    recording_file,
-    save_result_model,
-)
 
 # The command identify: from a recording to parameters.
 
@@ -39,12 +25,12 @@ def register(app: typer.Typer) -> None:
 def identify(
     *,
     recording: RecordingOptions,
-    network: NetworkOptions,
-    model: ModelFile = None,
-    seed: Seed = 0,
-    no_diagnose: NoDiagnose = False,
-    details: Details = False,
-    results: ResultOptions,
+    network: options.NetworkOptions,
+    model: options.ModelFile = None,
+    seed: options.Seed = 0,
+    no_diagnose: options.NoDiagnose = False,
+    details: options.Details = False,
+    results: options.ResultOptions,
 ) -> None:
     """Identify the parameters of every axis in a recording.
 
@@ -55,11 +41,11 @@ def identify(
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
-    check_no_run(results.output)
+    options.check_no_run(results.output)
     watch = edge_ident.Stopwatch()
     with watch.stage("load"):
         measured, loaded = recording.load(), network.load()
-        known = model_for(model, measured.axes)
+        known = options.model_for(model, measured.axes)
     with progress_if_any() as show:
         found = edge_ident.identify(
             measured, loaded, model=known, seed=seed, diagnose=not no_diagnose, on_progress=show,
@@ -68,7 +54,7 @@ def identify(
     done = recording.done(recording.file, model=model)
     found = report.with_next_steps(found, done)
     if results.output:
-        save_result_model(found.model, [recording.file], results.output, known)
+        options.save_result_model(found.model, [recording.file], results.output, known)
     results.deliver(report.identification_document(found), "identification.json")
     results.answer(lambda: report.identification_answer(found, done, details=details))
     if not found.shows_something:
@@ -102,11 +88,11 @@ Tries = Annotated[
 def compare(
     *,
     recording: RecordingOptions,
-    network: NetworkFile = None,
+    network: options.NetworkFile = None,
     method: Methods = None,
     tries: Tries = 8,
-    seed: Seed = 0,
-    results: ResultOptions,
+    seed: options.Seed = 0,
+    results: options.ResultOptions,
 ) -> None:
     """Identify a recording with every method, from the same signals, and compare the results.
 
@@ -141,7 +127,10 @@ def compare(
 
 @command
 def import_file(
-    *, recording: RecordingOptions, output: OptionalRecordingOutput = None, json: Json = False
+    *,
+    recording: RecordingOptions,
+    output: options.OptionalRecordingOutput = None,
+    json: options.Json = False,
 ) -> None:
     """Show the columns, units and sampling of a file, and convert it to a recording in SI units.
 
@@ -151,7 +140,7 @@ def import_file(
 
     Example: `edge-ident import scope.csv --unit Position=mm -o drive.npz`
     """
-    target = None if output is None else recording_file(output)
+    target = None if output is None else options.recording_file(output)
     if target is not None and target.exists() and target.samefile(recording.file):
         raise typer.BadParameter(
             f"{target} is the file to import, which may hold more than the recording",

@@ -9,28 +9,9 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning, report
+from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command, noting
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import (
-    MOTIONS,
-    Bandwidth,
-    BoardOptions,
-    Cycles,
-    Details,
-    HideOptions,
-    Machine,
-    ModelFile,
-    MotionName,
-    NetworkOptions,
-    ResultOptions,
-    Seed,
-    check_named,
-    deliver,
-    given_model,
-    periods,
-    save_result_model,
-    true_part,
-)
 from edge_ident.cli.sessions import session
 
 if TYPE_CHECKING:
@@ -50,8 +31,8 @@ class MotionOptions:
     """How the axes move, and how far a run may go to find out what is wrong."""
 
     context: typer.Context
-    motion: MotionName = "sinusoid"
-    cycles: Cycles = None
+    motion: options.MotionName = "sinusoid"
+    cycles: options.Cycles = None
     most_motions: Annotated[
         int,
         typer.Option(
@@ -79,7 +60,7 @@ class MotionOptions:
         float | None,
         typer.Option(
             "--until",
-            parser=true_part,
+            parser=options.true_part,
             metavar="SHARE",
             envvar="EDGE_IDENT_UNTIL",
             help="End the first motion early: as soon as the half-width of each 95 % interval "
@@ -96,7 +77,7 @@ class MotionOptions:
     @property
     def periods(self) -> int | None:
         """Periods of the first motion; None where it has none, or its own number."""
-        return periods(self.context, self.motion, self.cycles)
+        return options.periods(self.context, self.motion, self.cycles)
 
     def check_time(self, drive: "Drive") -> None:
         """Refuse a first motion that takes longer than all may take."""
@@ -145,7 +126,7 @@ class DiagnosisOptions:
 class GainOptions:
     """How gains are designed and whether they are kept."""
 
-    bandwidth: Bandwidth = None
+    bandwidth: options.Bandwidth = None
     dry_run: Annotated[
         bool,
         typer.Option("--dry-run", help="Write no gains; forecast the tracking error with them."),
@@ -170,17 +151,17 @@ def register(app: typer.Typer) -> None:
 @command
 def run(
     *,
-    where: BoardOptions,
+    where: options.BoardOptions,
     motions: MotionOptions,
     gains: GainOptions,
-    network: NetworkOptions,
-    model: ModelFile = None,
-    seed: Seed = 0,
+    network: options.NetworkOptions,
+    model: options.ModelFile = None,
+    seed: options.Seed = 0,
     diagnosis: DiagnosisOptions,
-    faults: HideOptions,
-    machine: Machine = "",
-    details: Details = False,
-    results: ResultOptions,
+    faults: options.HideOptions,
+    machine: options.Machine = "",
+    details: options.Details = False,
+    results: options.ResultOptions,
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by motions.
 
@@ -204,7 +185,7 @@ def run(
     Example: `edge-ident run --device virtual --until 3%`
     """
     gains.check()
-    known, hidden = given_model(model), faults.hidden()
+    known, hidden = options.given_model(model), faults.hidden()
     plan, done = _plan(motions, gains, seed, known, diagnosis), list[str]()
     with noting(done):
         with session(motions.context, where, results.output, _WRITES, hidden) as opened:
@@ -217,10 +198,12 @@ def run(
         outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
         document = report.run_document(outcome, board.identity, loaded, folder)
         try:
-            save_result_model(outcome.identification.model, outcome.captures(folder), folder, known)
+            options.save_result_model(
+                outcome.identification.model, outcome.captures(folder), folder, known
+            )
             page = report.write_run_page(outcome, document, folder, opened.device, machine)
             faults.add_to(document, hidden)
-            deliver(document, "report.json", folder, results.json)
+            options.deliver(document, "report.json", folder, results.json)
         finally:  # also where the disk is full
             if not results.json:  # then rich is not loaded, 2 MiB
                 report.show(report.outcome_view(outcome, opened.device, details=details))
@@ -283,11 +266,11 @@ MotionOrFile = Annotated[
 def capture(
     *,
     context: typer.Context,
-    where: BoardOptions,
+    where: options.BoardOptions,
     motion: MotionOrFile = "sinusoid",
-    cycles: Cycles = None,
-    faults: HideOptions,
-    results: ResultOptions,
+    cycles: options.Cycles = None,
+    faults: options.HideOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Move the axes and record the motion; no gains are written.
 
@@ -297,9 +280,9 @@ def capture(
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
     """
-    check_named(motion)
-    cycles = periods(context, motion, cycles)
-    followed: Any = motion if motion in MOTIONS else edge_ident.load_motion(motion)
+    options.check_named(motion)
+    cycles = options.periods(context, motion, cycles)
+    followed: Any = motion if motion in options.MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
     with session(context, where, results.output, _CAPTURE_WRITES, hidden) as opened:
         path = opened.folder / commissioning.CAPTURE_FILE
@@ -309,7 +292,7 @@ def capture(
             )
     document = report.capture_document(found, path)
     faults.add_to(document, hidden)
-    deliver(document, "capture.json", opened.folder, results.json)
+    options.deliver(document, "capture.json", opened.folder, results.json)
     if not results.json:
         print(path, flush=True)
         faults.tell(hidden)
@@ -325,7 +308,7 @@ def draw_report(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Folder written by run or capture.")
     ],
-    results: ResultOptions,
+    results: options.ResultOptions,
 ) -> None:
     """Draw the results of a run: effort and model, residual, tracking error before and after.
 

@@ -8,19 +8,10 @@ import typer
 
 import edge_ident
 from edge_ident import report
+from edge_ident.cli import options
 from edge_ident.cli.command import FILE, UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say, shown_progress
-from edge_ident.cli.options import (
-    Json,
-    Machine,
-    ModelFile,
-    NoDiagnose,
-    check_no_run,
-    deliver,
-    given_model,
-    result_folder,
-)
 
 RecordingFolder = Annotated[
     Path, typer.Argument(metavar="FOLDER", help="Folder with recordings; subfolders count, too.")
@@ -64,7 +55,7 @@ SurveyFolder = Annotated[
         "--output",
         "-o",
         metavar="FOLDER",
-        parser=result_folder,
+        parser=options.result_folder,
         envvar="EDGE_IDENT_OUTPUT",
         help="Folder to write the results to; default: edge-ident-survey in the folder.",
     ),
@@ -87,12 +78,12 @@ def survey(
     files: Pattern = None,
     jobs: Jobs = None,
     cluster: Cluster = None,
-    model: ModelFile = None,
-    no_diagnose: NoDiagnose = False,
-    machine: Machine = "",
+    model: options.ModelFile = None,
+    no_diagnose: options.NoDiagnose = False,
+    machine: options.Machine = "",
     reading: FileOptions,
     output: SurveyFolder = None,
-    json: Json = False,
+    json: options.Json = False,
 ) -> None:
     """Identify and diagnose every recording of a folder, and say which unit stands out.
 
@@ -102,14 +93,14 @@ def survey(
 
     Example: `edge-ident survey recordings --jobs 4 --output comparison`
     """
-    check_no_run(kept := output or folder / "edge-ident-survey")
+    options.check_no_run(kept := output or folder / "edge-ident-survey")
     with shown_progress() as bars:
         found = edge_ident.survey(
             folder,
             units=units,
             pattern=files,
             options=reading.options(),
-            model=given_model(model),
+            model=options.given_model(model),
             diagnose=not no_diagnose,
             jobs=jobs,
             cluster=cluster,
@@ -119,7 +110,7 @@ def survey(
         )
     document, written = report.survey_document(found), report.write_survey_tables(found, kept)
     say(f"written: {report.write_survey_page(found, document, kept, machine, folder)}")
-    deliver(document, "survey.json", kept, json)
+    options.deliver(document, "survey.json", kept, json)
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:

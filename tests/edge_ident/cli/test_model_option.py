@@ -85,7 +85,7 @@ def test_gains_feed_the_ripple_forward_and_say_what_became_of_the_drift(
     shown = CliRunner().invoke(app, ["gains", str(file), "--model", str(model_file), "--details"])
     assert "compensated effects: torque_ripple, offset_drift" in shown.stdout
     assert "ripple 1" in shown.stdout
-    assert "offset_drift: the gains fit the machine as it was at the end" in shown.stdout
+    assert "offset drift: the gains fit the machine as it was at the end" in shown.stdout
 
 
 def test_what_nobody_knew_is_found_reported_and_fed_forward(file: Path) -> None:
