@@ -193,14 +193,12 @@ def run(
             board, folder, loaded = opened.board, opened.folder, network.load()
             with shown_progress() as bars:
                 outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
-                # a full disk or Ctrl-C changes nothing on the board any more
-                done.append(outcome.conclusion)
+                done.append(outcome.conclusion)  # a full disk or Ctrl-C no longer changes it
         outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
         document = report.run_document(outcome, board.identity, loaded, folder)
         try:
-            options.save_result_model(
-                outcome.identification.model, outcome.captures(folder), folder, known
-            )
+            found, captures = outcome.identification, outcome.captures(folder)
+            options.save_result_model(found.model, captures, folder, known)
             page = report.write_run_page(outcome, document, folder, opened.device, machine)
             faults.add_to(document, hidden)
             options.deliver(document, "report.json", folder, results.json)
