@@ -171,9 +171,9 @@ shown_by(
     {
         "edge_ident.report.gains": "GainDesigns=designs_view",
         "edge_ident.report.identification": "Identification=identification_view",
-        "edge_ident.report.comparison_tables": "Comparison=comparison_view",
+        "edge_ident.report.comparison": "Comparison=comparison_view",
         "edge_ident.report.diagnosis": "Diagnosis=diagnosis_view",
-        "edge_ident.report.plan_tables": "MotionPlan=plan_view",
+        "edge_ident.report.plan": "MotionPlan=plan_view",
         "edge_ident.report.numbers": "Model=model_view",
         "edge_ident.report.recordings": "Recording=recording_view",
         "edge_ident.report.survey": "Survey=survey_view",

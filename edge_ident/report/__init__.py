@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from edge_ident.support.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from edge_ident.report.comparison_tables import comparison_document
+    from edge_ident.report.comparison import comparison_document
     from edge_ident.report.diagnosis import diagnosis_answer, diagnosis_document
     from edge_ident.report.documents import (
         gains_document,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from edge_ident.report.page.rendering import Provenance
     from edge_ident.report.page.run_page import write_run_page
     from edge_ident.report.page.survey_page import write_survey_page
-    from edge_ident.report.plan_tables import plan_document, plan_next_step
+    from edge_ident.report.plan import plan_document, plan_next_step
     from edge_ident.report.recordings import (
         import_document,
         inspection_lines,
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         scale_lines,
     )
     from edge_ident.report.render import drawn, save_figure, show
+    from edge_ident.report.run import outcome_view, run_charts
     from edge_ident.report.run_documents import (
         capture_document,
         hold_document,
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
         profile_document,
         run_document,
     )
-    from edge_ident.report.run_tables import outcome_view, run_charts
     from edge_ident.report.survey import survey_document, survey_lines, write_survey_tables
     from edge_ident.support.documents import to_json, write_json
     from edge_ident.support.next_step import Done
@@ -110,7 +110,7 @@ __getattr__ = lazy_names(
     {
         "edge_ident.report.diagnosis": "diagnosis_answer diagnosis_document",
         "edge_ident.report.identification": "identification_answer",
-        "edge_ident.report.comparison_tables": "comparison_document",
+        "edge_ident.report.comparison": "comparison_document",
         "edge_ident.report.documents": "gains_document identification_document simulation_document",
         "edge_ident.report.gains": "GainReport gain_report_document gain_report_view",
         "edge_ident.report.recordings": (
@@ -126,11 +126,11 @@ __getattr__ = lazy_names(
         "edge_ident.report.page.rendering": "Provenance",
         "edge_ident.report.page.run_page": "write_run_page",
         "edge_ident.report.page.survey_page": "write_survey_page",
-        "edge_ident.report.plan_tables": "plan_document plan_next_step",
+        "edge_ident.report.plan": "plan_document plan_next_step",
         "edge_ident.report.run_documents": (
             "capture_document hold_document home_document home_lines profile_document run_document"
         ),
-        "edge_ident.report.run_tables": "outcome_view run_charts",
+        "edge_ident.report.run": "outcome_view run_charts",
         "edge_ident.report.survey": "survey_document survey_lines write_survey_tables",
         "edge_ident.support.documents": "to_json write_json",
         "edge_ident.support.next_step": "Done",

@@ -23,7 +23,7 @@ from edge_ident.model.model import PARAMETERS
 from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.findings import blocking_steps, distinct, look_at
 from edge_ident.report.gains import commit_document, promise_document
-from edge_ident.report.plan_tables import pair_documents, uses_document
+from edge_ident.report.plan import pair_documents, uses_document
 from edge_ident.support.documents import file_sha256
 from edge_ident.support.version import VERSION
 from firmware_interface.board import BoardIdentity

@@ -34,13 +34,13 @@ from edge_ident.report.numbers import (
     with_interval,
 )
 from edge_ident.report.page import rendering as page
-from edge_ident.report.run_documents import axis_steps, peaks
-from edge_ident.report.run_tables import (
+from edge_ident.report.run import (
     motions_grid,
     old_and_new,
     tracking_chart,
     tracking_grid,
 )
+from edge_ident.report.run_documents import axis_steps, peaks
 from edge_ident.report.view import Grid, Row
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.words import listed, spoken

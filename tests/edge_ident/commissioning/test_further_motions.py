@@ -21,7 +21,7 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
-from edge_ident.report.run_tables import outcome_view
+from edge_ident.report.run import outcome_view
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
 from firmware_interface.board import Board

@@ -10,7 +10,7 @@ from edge_ident.diagnosis.result import Diagnosis
 from edge_ident.errors import DataError
 from edge_ident.experiment.plan import plan_motion
 from edge_ident.experiment.search import SineShape
-from edge_ident.report.plan_tables import conclusion, inseparable_sentence, plan_document
+from edge_ident.report.plan import conclusion, inseparable_sentence, plan_document
 from edge_ident.support.documents import to_json
 from tests.edge_ident.experiment.problems import (
     case_of,
