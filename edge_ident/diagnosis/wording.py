@@ -296,3 +296,8 @@ def distinct_causes(causes: Iterable[Cause]) -> list[Cause]:
 def in_words(causes: Iterable[Cause]) -> list[str]:
     """What each effect is, in everyday words."""
     return [named(cause.term.effect).advice.in_words for cause in distinct_causes(causes)]
+
+
+def parts_of(causes: Iterable[Cause]) -> list[str]:
+    """Parts of the machine to look at, each once."""
+    return list(dict.fromkeys(named(cause.term.effect).advice.part for cause in causes))

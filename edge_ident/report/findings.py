@@ -58,9 +58,9 @@ def blocking_steps(findings: Iterable[Finding]) -> list[str]:
 
 def look_at(name: str, causes: "Iterable[Cause]") -> str:
     """Where to look at the machine for what was found on an axis; empty without causes."""
-    from edge_ident.model.effects import named  # a sound axis does without
+    from edge_ident.diagnosis.wording import parts_of  # a sound axis does without
 
-    parts = distinct(named(cause.term.effect).advice.part for cause in causes)
+    parts = parts_of(causes)
     return f"on axis {name}, look at: {'; '.join(parts[:MOST])}" if parts else ""
 
 

@@ -16,11 +16,11 @@ from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import Model
 from edge_ident.report.chart import Chart, Layer, Scale, across, of_axes
-from edge_ident.report.findings import remarks
+from edge_ident.report.findings import distinct, remarks
 from edge_ident.report.gains import designs_parts, gain_rows, promise_grid
 from edge_ident.report.identification import identification_parts, identified_charts, model_lines
 from edge_ident.report.numbers import digits, parameter_grid
-from edge_ident.report.run_documents import each_once, purpose, run_steps
+from edge_ident.report.run_documents import purpose, run_steps
 from edge_ident.report.view import Answer, Grid, Line, Part, next_lines
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
@@ -217,8 +217,8 @@ def _shown(axis: AxisIdentification) -> str:
     for cause in diagnosis.causes:
         rivals = [spoken(other.effect) for other in cause.inseparable]
         parts.append(" or ".join([spoken(cause.term.effect), *rivals]))
-    suspected = each_once(spoken(cause.term.effect) for cause in diagnosis.suspected)
-    said = [f"{diagnosis.verdict.value}, {listed(each_once(parts)) or 'no cause'}"]
+    suspected = distinct(spoken(cause.term.effect) for cause in diagnosis.suspected)
+    said = [f"{diagnosis.verdict.value}, {listed(distinct(parts)) or 'no cause'}"]
     return ", ".join(said + [f"{name} suspected" for name in suspected])
 
 

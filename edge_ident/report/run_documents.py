@@ -245,18 +245,13 @@ def _known_after(axis: AxisIdentification) -> dict[str, Any]:
         return {"verdict": "adequate", "causes": [], "rivals": {}, "suspected": []}
     return {
         "verdict": diagnosis.verdict.value,
-        "causes": each_once(cause.term.effect for cause in diagnosis.causes),
+        "causes": distinct(cause.term.effect for cause in diagnosis.causes),
         "rivals": {
             cause.term.effect: [other.effect for other in cause.inseparable]
             for cause in diagnosis.causes
         },
-        "suspected": each_once(cause.term.effect for cause in diagnosis.suspected),
+        "suspected": distinct(cause.term.effect for cause in diagnosis.suspected),
     }
-
-
-def each_once(names: Iterable[str]) -> list[str]:
-    """Names in their order."""
-    return list(dict.fromkeys(names))
 
 
 def purpose(made: IdentificationMotion) -> dict[str, list[str]]:

@@ -11,8 +11,8 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.wording import distinct_causes, in_words, only_elsewhere
+from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
+from edge_ident.diagnosis.wording import distinct_causes, in_words, only_elsewhere, parts_of
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.effects import named
 from edge_ident.model.model_files import unit_of
@@ -247,19 +247,18 @@ def _elsewhere(name: str, diagnosis: Diagnosis) -> list[Markup]:
 
 def _part(axis: AxisDiagnosis, follows: str | None) -> list[Markup]:
     if axis.causes:
-        return [_at(cause) for cause in distinct_causes(axis.causes)[:3]]
+        return _places(parts_of(axis.causes)[:3])
     if axis.verdict is Verdict.ADEQUATE:
         return [Markup("No part stands out.")]
-    where = [_at(cause) for cause in distinct_causes(axis.suspected)[:2]]
-    if where:
-        return where
+    if axis.suspected:
+        return _places(parts_of(axis.suspected)[:2])
     if follows is None:
         return [Markup("No part stands out: the error follows no position, speed or time.")]
     return [escape(sentence(_FOLLOWS.get(follows, "the structure that the axes share")))]
 
 
-def _at(cause: Cause) -> Markup:
-    return escape(sentence(named(cause.term.effect).advice.part))
+def _places(parts: Sequence[str]) -> list[Markup]:
+    return [escape(sentence(part)) for part in parts]
 
 
 def _action(name: str, diagnosis: Diagnosis) -> list[Markup]:

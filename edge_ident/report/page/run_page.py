@@ -15,10 +15,9 @@ from edge_ident.commissioning.promise import SHARE, WORTH, Promise, Promised
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import GainChange, Tracking, error_fall
-from edge_ident.diagnosis.wording import distinct_causes, in_words, timing_sentence
+from edge_ident.diagnosis.wording import in_words, parts_of, timing_sentence
 from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification, ParameterSource
-from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Scale
 from edge_ident.report.gains import effects_said, gain_label, gain_rows, promise_grid, tried
@@ -257,7 +256,6 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     axis = outcome.identification.axes[name]
     found = axis.diagnosis
     causes = () if found is None else found.causes or found.minor
-    parts = [named(cause.term.effect).advice.part for cause in distinct_causes(causes)[:3]]
     ending = outcome.answer.ending
     verdict = _verdict(name, axis, outcome)
     contradicted = outcome.change is not None and name in outcome.change.contradicted
@@ -272,7 +270,8 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
         verdict=verdict,
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis, outcome), *_tracking_sure(name, outcome)],
-        part=[escape(sentence(part)) for part in parts] or [Markup("No part stands out.")],
+        part=[escape(sentence(part)) for part in parts_of(causes)[:3]]
+        or [Markup("No part stands out.")],
         action=[escape(sentence(step)) for step in axis_steps(axis, outcome, device)],
         chart=replace(chart, height=page.PICTURE_HEIGHT),
         written=_written(name, outcome),
