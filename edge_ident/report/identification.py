@@ -2,7 +2,7 @@
 then tables of its parameters.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
@@ -68,7 +68,8 @@ def identification_answer(
         *next_lines(whole_step(step, done) for step in steps),
         parameter_grid(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
-    rest = identification_parts(found) if details else identification_remarks(found)
+    findings = {name: axis.findings for name, axis in found.axes.items()}
+    rest = identification_parts(found) if details else remarks(findings)
     return Answer((*parts, *rest))
 
 
@@ -79,35 +80,21 @@ def _budgets(found: Identification) -> Iterator[Part]:
             yield from budget_parts(axis.budget, f"axis {name}: ")
 
 
-def identification_remarks(found: Identification) -> Iterator[Line]:
-    """What else there is to know of a recording."""
-    return remarks({name: axis.findings for name, axis in found.axes.items()})
-
-
-def trusted_line(names: Iterable[str]) -> Line:
-    """Axes whose parameters may be used."""
-    return Line(f"the parameters of {listed(names)}", "trusted", "good")
-
-
-def distrusted_line(said: str) -> Line:
-    """What may not be used, and why."""
-    return Line(said, "not trusted", "bad")
-
-
 def trust_lines(found: Identification) -> Iterator[Line]:
     """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
     axes that are trusted."""
     for name, axis in found.axes.items():
         for finding in axis.findings:
             if finding.blocks:
-                yield distrusted_line(f"axis {name}, {finding.code}: {finding.message}")
+                said = f"axis {name}, {finding.code}: {finding.message}"
+                yield Line(said, "not trusted", "bad")
         known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
         if not axis.trusted and any(known.values()):
             unknown = [parameter for parameter, sure in known.items() if not sure]
             sentence = known_sentence([one for one in known if known[one]], unknown)
             yield Line(sentence, f"axis {name}", "strong")
     if trusted := [name for name, axis in found.axes.items() if axis.trusted]:
-        yield trusted_line(trusted)
+        yield Line(f"the parameters of {listed(trusted)}", "trusted", "good")
 
 
 def model_lines(found: Identification) -> Iterator[Line]:

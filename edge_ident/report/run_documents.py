@@ -1,7 +1,7 @@
 """A run and a latency profile as JSON documents (schemas edge-ident/*/1), and what to do next."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,7 +64,7 @@ def run_document(
             "pages": outcome.capture.pages,
             "tail_s": outcome.capture.tail_s,
         },
-        "motions": motions_document(outcome.separation.motions, folder),
+        "motions": [_motion(made, folder) for made in outcome.separation.motions],
         "motions_ended": outcome.separation.ended,
         "until": None if outcome.early is None else dataclasses.asdict(outcome.early),
         "network_sha256": network.sha256,
@@ -207,18 +207,6 @@ def profile_document(profile: Profile) -> dict[str, Any]:
 # What was moved to find out what is wrong.
 
 _LOOKS_PER_S = 100
-
-
-def motions_document(motions: Iterable[IdentificationMotion], folder: Path) -> list[dict[str, Any]]:
-    """Field `motions` of schema edge-ident/run/1.
-
-    Parameters
-    ----------
-    motions : iterable of IdentificationMotion
-    folder : Path
-        Of the run.
-    """
-    return [_motion(made, folder) for made in motions]
 
 
 def _motion(made: IdentificationMotion, folder: Path) -> dict[str, Any]:

@@ -134,11 +134,7 @@ def other_remarks(axis: AxisDiagnosis) -> list[str]:
         f"{terms.spoken_place(line)}{_AN_ORDER if line.order is not None else ''}."
         for line in axis.lines
     ]
-    return said + _finding_sentences(axis)
-
-
-def _finding_sentences(axis: AxisDiagnosis) -> list[str]:
-    return [f"{sentence(f.message)} Next: {f.next_step}." for f in axis.findings]
+    return said + [f"{sentence(f.message)} Next: {f.next_step}." for f in axis.findings]
 
 
 def _share(share: float, axis: AxisDiagnosis) -> str:
