@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.above_band.moving_line import may_hold_order
+from edge_ident.diagnosis.above_band.held import may_hold_order
 from edge_ident.diagnosis.above_band.sinusoid_search import ABOVE
 from edge_ident.diagnosis.above_band.spectrum import WideSignals, accounts
 from edge_ident.diagnosis.elsewhere import leaves_structure

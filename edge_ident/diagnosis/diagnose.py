@@ -1,8 +1,10 @@
 """Entry point: diagnose recordings of one machine."""
 
+import math
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -34,6 +36,9 @@ from edge_ident.support.words import listed
 
 Progress = Callable[[str, int, int], None]
 
+_LARGEST: Final = math.nextafter(1.0, 0.0)
+"""Largest tolerance: a share that is less than the whole."""
+
 
 def diagnose(
     recordings: Given | Iterable[Given],
@@ -59,8 +64,8 @@ def diagnose(
     validate : Recording, str, Path or data frame, optional
         Another recording, on which the fitted models are scored.
     tolerance : float, optional
-        Smallest share of the rms effort that is worth naming. Causes that take less off the
-        recorded effort are minor.
+        Smallest share of the rms effort that is worth naming, below one. Causes that take less off
+        the recorded effort are minor.
     stability : bool, optional
         Whether the search is repeated on disturbed data. A cause that does not come back is only
         suspected.
@@ -89,7 +94,7 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    number("tolerance", tolerance, 0.0, 1e9, "give a share of the effort, such as 0.01")
+    number("tolerance", tolerance, 0.0, _LARGEST, "give a share of the effort, such as 0.01")
     every = given_recordings(recordings)
     validate = None if validate is None else given_recording(validate, "validate")
     model = None if model is None else given_model(model)

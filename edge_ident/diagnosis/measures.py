@@ -84,7 +84,8 @@ class Traces:
 
 @dataclass(frozen=True)
 class SpectralLine:
-    """A sinusoid that stands out of the noise of the effort above the band of the comparison.
+    """What stands out of the noise of the effort above the band of the comparison: a sinusoid, or
+    what keeps no frequency.
 
     Attributes
     ----------
@@ -93,9 +94,9 @@ class SpectralLine:
     frequency_hz : float or None
         For a sinusoid in time.
     amplitude, std : float
-        In the unit of the effort, with its standard deviation.
+        In the unit of the effort, with its standard deviation; of a sinusoid as strong.
     frequency_range_hz : (float, float) or None
-        For a sinusoid in time whose frequency moves; `frequency_hz` is None then.
+        For what keeps no frequency; `frequency_hz` is None then.
     """
 
     order: float | None

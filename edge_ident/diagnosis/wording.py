@@ -91,7 +91,7 @@ def spoken_place(line: SpectralLine) -> str:
         return f"order {line.order:.4g}"
     if line.frequency_range_hz is not None:
         lowest, highest = line.frequency_range_hz
-        return f"a frequency that moves between {lowest:.3g} and {highest:.3g} Hz"
+        return f"frequencies between {lowest:.3g} and {highest:.3g} Hz"
     return f"{line.frequency_hz:.4g} Hz"
 
 

@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.above_band.moving_line import held
+from edge_ident.diagnosis.above_band.held import held
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.measures import TOLERANCE, SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
@@ -132,8 +132,16 @@ def _without_own_lines(
         return together
     verdict = together.verdict
     if not (lines or together.external_vibrations or structure_in_band(together)):
-        verdict = Verdict.EXPLAINED if together.causes else Verdict.ADEQUATE
+        verdict = _without_lines(together)
     return replace(together, lines=lines, verdict=verdict)
+
+
+def _without_lines(axis: AxisDiagnosis) -> Verdict:
+    """The verdict on an axis that lines alone kept open. Curves stand in its model where the base
+    model leaves structure in the band that no cause names."""
+    if axis.curves:
+        return Verdict.PARTLY_EXPLAINED
+    return Verdict.EXPLAINED if axis.causes else Verdict.ADEQUATE
 
 
 def _changed(together: AxisDiagnosis, earlier: AxisDiagnosis, alone: AxisDiagnosis) -> bool:

@@ -83,6 +83,7 @@ WRONG: dict[str, Callable[[edge_ident.Recording], object]] = {
     "an int is no recording": lambda r: edge_ident.diagnose([r, 5]),
     "a Recording is no model": edge_ident.design_gains,
     "tolerance is 'much'": lambda r: edge_ident.diagnose(r, tolerance="much"),
+    "tolerance is 1.0": lambda r: edge_ident.diagnose(r, tolerance=1.0),
     "no axis q": lambda r: edge_ident.diagnose(r, only="q"),
     "bandwidth_rad_s is -3": lambda r: edge_ident.design_gains(
         edge_ident.reduced_model(), bandwidth_rad_s=-3

@@ -1,7 +1,8 @@
-"""What lies above the band of the comparison: orders over position, and lines in time.
+"""What lies above the band of the comparison: orders over position, lines in time, and the rest.
 
 The comparison ends where encoder noise spoils the acceleration. The effort is recorded at full
-bandwidth. `sinusoid_search` finds its sinusoids, and this module measures them. The amplitude of an
+bandwidth. `sinusoid_search` finds its sinusoids, and this module measures them; `unsteady` finds
+what is no sinusoid. The amplitude of an
 order comes from least squares on effort, acceleration, velocity and direction together: the axis
 and its controller answer a ripple, and the effort shows only what that leaves of it.
 """
@@ -9,12 +10,12 @@ and its controller answer a ripple, and the effort shows only what that leaves o
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.above_band.moving_line import MovingLine, may_hold_order, moving_line
+from edge_ident.diagnosis.above_band.held import may_hold_order
 from edge_ident.diagnosis.above_band.sinusoid_search import (
     Half,
     Peak,
@@ -28,12 +29,18 @@ from edge_ident.diagnosis.above_band.sinusoid_search import (
 )
 from edge_ident.diagnosis.above_band.spectrum import (
     FALSE_ALARM,
-    WIDEST,
     WideSignals,
     accounts,
     inertia,
     least_squares,
     lines_over_time,
+)
+from edge_ident.diagnosis.above_band.unsteady import (
+    Disturbance,
+    Missed,
+    lasting_disturbance,
+    missed_above,
+    together,
 )
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.model import Model
@@ -70,23 +77,23 @@ class BandContent:
         Orders that are rather errors of the encoder, or of an uncertain amplitude.
     lines : tuple of Sinusoid
         Sinusoids in time.
-    moving : tuple of MovingLine
-        A sinusoid of moving frequency for each recording that holds one.
+    unsteady : tuple of Disturbance
+        What lasts beside them, and keeps no frequency; one for each recording that holds it.
     missed : float
-        Rms of the effort above the band that inertia, friction and white noise do not account for.
+        Rms of the effort above the band that neither the base model nor noise accounts for.
     """
 
     share_in_band: float
     orders: tuple[Sinusoid, ...]
     unnamed_orders: tuple[Sinusoid, ...]
     lines: tuple[Sinusoid, ...]
-    moving: tuple[MovingLine, ...] = ()
+    unsteady: tuple[Disturbance, ...] = ()
     missed: float = 0.0
 
     @property
     def without_cause(self) -> bool:
         """Whether it holds what no effect names."""
-        return bool(self.unnamed_orders or self.lines or self.moving)
+        return bool(self.unnamed_orders or self.lines or self.unsteady)
 
 
 def above_band(
@@ -109,7 +116,7 @@ def above_band(
     """
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
-    moving: list[MovingLine | None] = []
+    unsteady: list[Disturbance | None] = []
     left: list[tuple[WideSignals, Array]] = []
     missed: list[Missed] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
@@ -124,16 +131,18 @@ def above_band(
         whole_motion = _orders(wide, clear, waves, mass, without_inertia[0])
         orders.append(whole_motion + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order and s.certain])
-        moving.append(moving_line(wide, peaks, without_inertia[0]))
+        density = segment.effort_density
+        steady = clear + [p for s, p in beside if p.order or (s.certain and s.found_again)]
+        unsteady.append(lasting_disturbance(wide, columns(wide, steady), mass, density))
         left.append((wide, without_inertia[0]))
-        missed.append(missed_above(wide, without_inertia, mass, segment.effort_density))
+        missed.append(missed_above(wide, mass, density))
     found = [order for order in merged(orders) if _everywhere(order, orders, left)]
     return BandContent(
         share_in_band=_share_in_band(data.segments),
         orders=tuple(s for s in found if s.nameable),
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
-        moving=tuple(line for line in moving if line is not None),
+        unsteady=tuple(one for one in unsteady if one is not None),
         missed=together(missed),
     )
 
@@ -297,65 +306,3 @@ def _measured(
             )
         )
     return found
-
-
-# How much effort above the band the base model misses, beyond what instruments explain.
-#
-# Where encoder noise hides the acceleration, the account with all of it holds that noise, and the
-# one with a part of it holds what the inertia takes. In each band of frequencies the lesser of the
-# two counts, without its own noise: that of the effort, and that of the encoder through the
-# inertia.
-
-
-_BANDS: Final = 24
-"""Bands of equal ratio, from the cut-off to the highest frequency."""
-_STANDS_OUT: Final = 3.0
-"""Power in a band, of that of its noise, from which it is missed. Rounding is not white, and in a
-controlled drive it is answered."""
-_SEEN: Final = 0.5
-"""Weight from which the direction of a sample is known."""
-
-
-class Missed(NamedTuple):
-    """What is missed in a recording: its mean square, and the number of samples."""
-
-    mean_square: float
-    samples: int
-
-
-def missed_above(wide: WideSignals, accounts: Array, inertia: float, density: float) -> Missed:
-    """What is missed above the band in one recording.
-
-    Parameters
-    ----------
-    wide : WideSignals
-    accounts : (3, N) array
-        The effort there without inertia and friction (`accounts.accounts`).
-    inertia : float
-    density : float
-        Power of the white noise of the effort, per Hz.
-    """
-    samples = int(np.count_nonzero(wide.weight > _SEEN))
-    frequency = np.fft.rfftfreq(accounts.shape[1], wide.period_s)
-    power = 2.0 * np.abs(np.fft.rfft(accounts)) ** 2 / (accounts.shape[1] * max(samples, 1))
-    edges = np.geomspace(wide.cutoff_hz, max(WIDEST / wide.period_s, wide.cutoff_hz), _BANDS + 1)
-    band = np.digitize(frequency, edges)
-    step_hz = 1.0 / (wide.period_s * accounts.shape[1])
-    encoder = 2.0 * wide.period_s * wide.position_noise**2 * (2.0 * np.pi * frequency) ** 4
-    noise = step_hz * np.stack(
-        [density + given * inertia**2 * encoder for given in (0.0, 1.0)]
-    )  # with a part of the acceleration, and with all of it
-    total = 0.0
-    for number in range(1, _BANDS + 1):
-        inside = band == number
-        seen, known = np.sum(power[:2, inside], axis=1), np.sum(noise[:, inside], axis=1)
-        excess = np.where(seen > _STANDS_OUT * known, seen - known, 0.0)
-        total += float(np.min(excess))
-    return Missed(total, samples)
-
-
-def together(recordings: Sequence[Missed]) -> float:
-    """Rms of what is missed in all recordings."""
-    samples = sum(one.samples for one in recordings)
-    energy = sum(one.mean_square * one.samples for one in recordings)
-    return float(np.sqrt(energy / max(samples, 1)))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.spectrum import (
+    NONZERO,
     WIDEST,
     Periodogram,
     WideSignals,
@@ -235,8 +236,6 @@ def _near(peak: Peak, rate: float, swept: tuple[float, float], cell: float, orde
 
 # A sinusoid above the band of the comparison, and which of several recordings show the same.
 
-_NONZERO: Final = 3.0
-"""Standard deviations of a certain amplitude."""
 SAME_RATE: Final = 0.02
 """Relative difference of two rates up to which two recordings show one sinusoid."""
 
@@ -294,7 +293,7 @@ class Sinusoid:
     @property
     def certain(self) -> bool:
         """Whether its amplitude is."""
-        return self.amplitude > _NONZERO * self.std
+        return self.amplitude > NONZERO * self.std
 
     @property
     def nameable(self) -> bool:

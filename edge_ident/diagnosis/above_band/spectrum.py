@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 FALSE_ALARM: Final = 1e-3
 """Probability that noise alone makes a line anywhere in a spectrum."""
+NONZERO: Final = 3.0
+"""Standard deviations of a certain amplitude."""
 _OVERSAMPLED: Final = 2
 """Ordinates per resolution cell."""
 CELLS: Final = 48

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.above_band.content import BandContent, above_band
-from edge_ident.diagnosis.above_band.moving_line import MovingLine
 from edge_ident.diagnosis.above_band.sinusoid_search import SAME_RATE, Sinusoid
+from edge_ident.diagnosis.above_band.unsteady import Disturbance
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.summary import nonzero_rms
 from edge_ident.diagnosis.judge.causes import strongest_first
@@ -115,7 +115,8 @@ def beside_causes(
     """What stays of the content once the effort of the causes is subtracted.
 
     A jump of friction, for example, has harmonics above the band, and a push is like a wave over
-    the way that the axis has gone meanwhile.
+    the way that the axis has gone meanwhile. No formula rings just as the machine does, so beside
+    causes the comparison alone judges what lies inside its band.
 
     Parameters
     ----------
@@ -126,12 +127,13 @@ def beside_causes(
         return content
     causes = replace(model.axis, terms=tuple(_but(model.axis.terms, content.orders)))
     beside = above_band(recordings, name, data, Model({name: causes}))
+    cutoff_hz = max(s.cutoff_hz for s in data.segments)
     return replace(
         content,
         orders=tuple(order for order in content.orders if _among(order, beside.orders)),
         unnamed_orders=beside.unnamed_orders,
         lines=beside.lines,
-        moving=beside.moving,
+        unsteady=tuple(one for one in beside.unsteady if one.highest_hz > cutoff_hz),
     )
 
 
@@ -140,8 +142,9 @@ def with_band_content(
 ) -> AxisDiagnosis:
     """A diagnosis with what lies above the band.
 
-    Orders are causes. No effect names lines, nor orders that may be an error of the
-    encoder: the verdict on an axis that has one above the tolerance is 'unexplained'.
+    Orders are causes. No effect names lines, nor what keeps no frequency, nor orders that may be an
+    error of the encoder: the verdict on an axis that has one above the tolerance is
+    'unexplained'.
 
     Parameters
     ----------
@@ -156,18 +159,17 @@ def with_band_content(
     worth = [_cause(s) for s in new if s.recorded >= tolerance]
     minor = [_cause(s) for s in new if s.recorded < tolerance]
     lasting = [s for s in content.lines if not _told(s, found.external_vibrations)]
+    unsteady = [s for s in content.unsteady if s.share >= tolerance]
     per_unit = 1.0 if found.model.position_unit == "rad" else math.tau
     lines = (
         *(_line(s, s.rate / per_unit, None) for s in unnamed),
         *(_line(s, None, s.rate / math.tau) for s in lasting),
-        *(_moving(s) for s in content.moving),
+        *(_unsteady(s) for s in unsteady),
     )
     verdict = found.verdict
     if worth and verdict is Verdict.ADEQUATE:
         verdict = Verdict.EXPLAINED
-    shares = [s.recorded for s in (*unnamed, *lasting)]
-    shares += [line.share for line in content.moving]
-    if any(share >= tolerance for share in shares):
+    if unsteady or any(s.recorded >= tolerance for s in (*unnamed, *lasting)):
         verdict = Verdict.UNEXPLAINED
     return replace(
         found,
@@ -245,6 +247,6 @@ def _line(sinusoid: Sinusoid, order: float | None, frequency_hz: float | None) -
     return SpectralLine(order, frequency_hz, sinusoid.amplitude, sinusoid.std)
 
 
-def _moving(line: MovingLine) -> SpectralLine:
-    limits_hz = (line.lowest_hz, line.highest_hz)
-    return SpectralLine(None, None, line.amplitude, line.std, frequency_range_hz=limits_hz)
+def _unsteady(found: Disturbance) -> SpectralLine:
+    limits_hz = (found.lowest_hz, found.highest_hz)
+    return SpectralLine(None, None, found.amplitude, found.std, frequency_range_hz=limits_hz)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.experiment import together
@@ -17,6 +18,7 @@ from tests.edge_ident.experiment.problems import cause, term
 
 DRIFT = term("gain_drift", rate=0.01)
 UNEVEN = term("position_dependent_friction", cosine=0.1, period=2.0)
+BEND = hand_made.BUDGET.entries[0].curves[0]
 
 
 def left(axis: AxisDiagnosis, share: float) -> AxisDiagnosis:
@@ -119,6 +121,17 @@ def test_a_line_that_one_motion_alone_holds_comes_from_that_motion(
     vibrating = judge(replace(explained, lines=(line(7.02),)))
     assert vibrating.verdict is (Verdict.UNEXPLAINED if lasts else Verdict.EXPLAINED)
     assert [found.frequency_hz for found in vibrating.lines] == ([7.0] if lasts else [])
+
+
+def test_an_axis_with_curves_in_its_model_stays_partly_explained_without_such_lines(
+    diagnosed: dict[int, AxisDiagnosis],
+) -> None:
+    """The base model was not adequate: curves account for what no cause names."""
+    bent = left(hand_made.axis(Verdict.PARTLY_EXPLAINED), 0.001)
+    bent = replace(bent, cutoff_hz=2.0, curves=(AgreeingCurve(UNEVEN, BEND, 0.05),))
+    diagnosed[2] = replace(bent, lines=(line(3.0),))
+    assert judge(bent).verdict is Verdict.PARTLY_EXPLAINED
+    assert judge(bent).lines == ()
 
 
 def test_a_line_that_a_livelier_motion_would_show_in_its_band_is_judged_there(
