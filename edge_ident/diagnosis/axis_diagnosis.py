@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis, with_ripples_everywhere
 from edge_ident.diagnosis.budget.account import error_budget, missed
-from edge_ident.diagnosis.elsewhere import leaves_structure
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.deviations import friction_line, with_trades
 from edge_ident.diagnosis.fit.fitting import FittedModel, contributions, delayed, fit
@@ -44,7 +43,6 @@ from edge_ident.diagnosis.recording_checks import (
     with_unrecorded_axes,
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, OutsideVibration
-from edge_ident.diagnosis.select.acceptance import beyond, explains_most, noise_limit
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.validation import Judged, with_curves, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
@@ -75,8 +73,6 @@ class AxisProblem:
     rules : Rules
     on_run : callable
         Gets the number of disturbed runs that are done.
-    widening : float
-        Factor by which the band of the comparison is wider than usual.
     """
 
     recordings: Sequence[Recording]
@@ -85,7 +81,6 @@ class AxisProblem:
     validates: Sequence[Recording]
     rules: Rules
     on_run: OnRun
-    widening: float = 1.0
 
     @cached_property
     def data(self) -> AxisData:
@@ -95,7 +90,7 @@ class AxisProblem:
     def prepared(self, recordings: Sequence[Recording], axis: AxisModel) -> AxisData:
         """The axis in recordings, in step with its motion unless a delay in a model accounts for
         that."""
-        return prepare_axis(recordings, self.name, timed=not delayed(axis), widening=self.widening)
+        return prepare_axis(recordings, self.name, timed=not delayed(axis))
 
 
 @dataclass(frozen=True)
@@ -108,7 +103,7 @@ class _Found:
 
 
 def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
-    """Diagnose one axis; where nothing is named, and a wider band shows more, once more there.
+    """Diagnose one axis.
 
     Where several recordings stay unexplained, it says which are late and which are not.
 
@@ -118,9 +113,6 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
         Hardly any sample shows the axis in motion.
     """
     found = _in_band(problem)
-    again = _in_wider_band(problem) if is_open(found.axis, found.verdict) else None
-    if again is not None and settles(again.axis, found.axis, found.verdict):
-        found = again
     axis = found.axis
     if axis.verdict is Verdict.UNEXPLAINED:
         differ = _own_timing(problem, axis.model)
@@ -152,17 +144,6 @@ def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
         except DataError:  # it is too short to be diagnosed alone
             continue
     return timing_differs(alone)
-
-
-def _in_wider_band(problem: AxisProblem) -> _Found | None:
-    """A diagnosis in a wider band, unless the base model leaves no more than noise there."""
-    wider = replace(problem, widening=WIDENING)
-    try:
-        data = wider.data
-    except DataError:  # a wider filter resolves more reversals, and fewer samples lie between
-        return None
-    base = fitted_base(data, problem.template)
-    return _in_band(wider) if shows_more(data, problem.data, base) else None
 
 
 @dataclass(frozen=True)
@@ -304,69 +285,6 @@ def _vibrations(
         )
         for term in terms
     )
-
-
-# A second look, in a wider band.
-#
-# The band of the comparison ends where the encoder's noise covers most of what is seen. Play,
-# presliding and a compliant chain act at reversals, so mostly above it; strong ones show through
-# the noise all the same. So where nothing is named, and the base model leaves more than noise in a
-# wider band, causes are looked for there as well.
-#
-# Three things are no cause there. What explains little of what the base model leaves, although the
-# rest is not worth naming. Where the usual band holds nothing to explain, what is tied to a moment:
-# a wider band holds more of a sound chain's ringing after a jerk, which happens once as well. Where
-# it holds something that nothing explains, anything that was not suspected there.
-
-WIDENING: Final = 2.0
-"""Factor between the bands. At the end of the wider one the filter leaves a sixty-fourth, so a
-still wider one shows next to nothing (`edge_ident.diagnosis.prepare.bandwidth`)."""
-_WORTH: Final = 1.2
-"""Least factor that pays: the sampling rate and the length of a recording limit it."""
-
-
-def is_open(found: AxisDiagnosis, in_band: Verdict) -> bool:
-    """Whether a diagnosis names nothing, though the recordings allow it, and a wider band could
-    change that.
-
-    Parameters
-    ----------
-    found : AxisDiagnosis
-    in_band : Verdict
-        Without what lies above the band.
-    """
-    allowed = not any(finding.blocks for finding in found.findings)
-    clueless = in_band is Verdict.UNEXPLAINED and not found.suspected
-    return allowed and not found.causes and not clueless
-
-
-def shows_more(data: AxisData, usual: AxisData, base: FittedModel) -> bool:
-    """Whether a band is wider indeed than the usual one, and the base model leaves more than noise
-    and the errors of the formulas there."""
-    wide_hz, usual_hz = (max(s.cutoff_hz for s in each.segments) for each in (data, usual))
-    return wide_hz >= _WORTH * usual_hz and leaves_structure(data, base, base, tolerance=0.0)
-
-
-def settles(again: AxisDiagnosis, found: AxisDiagnosis, in_band: Verdict) -> bool:
-    """Whether the diagnosis in the wider band is that of the axis, and not the first one.
-
-    Parameters
-    ----------
-    again, found : AxisDiagnosis
-        In the wider band, and in the usual one.
-    in_band : Verdict
-        In the usual one, without what lies above it.
-    """
-    if again.verdict is not Verdict.EXPLAINED:
-        return False
-    noise = noise_limit(again.noise_floor, uncertainty=0.0)
-    before, after = (beyond(fit.fitted, noise) for fit in (again.base, again.extended))
-    if not explains_most(before, after).accepted:
-        return False
-    causes = {cause.term.effect for cause in again.causes}
-    if in_band is Verdict.ADEQUATE:
-        return not any(named(effect).tied_to_time for effect in causes)
-    return causes <= {cause.term.effect for cause in found.suspected}
 
 
 # The extended model of an axis as a file keeps it: physical, and with the range of each term.

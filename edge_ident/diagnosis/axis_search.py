@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -41,7 +40,6 @@ from edge_ident.diagnosis.select.second_looks import (
 from edge_ident.diagnosis.select.selection import (
     Selected,
     first_selected,
-    selected_deeper,
     selected_model,
 )
 from edge_ident.estimation.trust import Finding
@@ -82,22 +80,6 @@ class AxisSearch:
         """Why the recordings forbid every cause, if they do."""
         return _blocked(self.checks)
 
-    @property
-    def open(self) -> bool:
-        """Whether there are suspicions alone, or so much is left that a deeper search may pay.
-
-        The tolerance is no measure of that: play acts mostly at reversals and above the band, which
-        holds a small part of what it takes off the recorded effort.
-        """
-        if self.blocked:
-            return False
-        judged = self.judged
-        if judged.verdict is Verdict.UNEXPLAINED:
-            return True
-        if judged.suspected and not judged.supported.model.terms:
-            return True
-        return bool(self.selected.search.worth_descending(judged.certain))
-
 
 def search_axis(
     recordings: Sequence[Recording],
@@ -108,8 +90,8 @@ def search_axis(
     data: AxisData,
     known: AxisModel,
 ) -> AxisSearch:
-    """Search for causes; where these hid how the effort is shifted, or that it is late, search
-    again; where the usual search leaves an axis open, search deeper.
+    """Search for causes, and judge them; where they hid how the effort is shifted, or that it is
+    late, search again.
 
     Parameters
     ----------
@@ -125,12 +107,8 @@ def search_axis(
     known : AxisModel
         The axis with what it is known to have.
     """
-    judged = partial(_judged, recordings, name, efforts, rules, on_run)
-    found = judged(_selected(adequate_data(data, known, rules.tolerance), known, rules.tolerance))
-    if not found.open:
-        return found
-    deeper = selected_deeper(found.selected)
-    return found if deeper is found.selected else judged(deeper)
+    selected = _selected(adequate_data(data, known, rules.tolerance), known, rules.tolerance)
+    return _judged(recordings, name, efforts, rules, on_run, selected)
 
 
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:

@@ -79,8 +79,8 @@ class Missed:
         Rms of what is missed above the band.
     laws : mapping of effect to (n,) array
         What the effects of a diagnosis contribute.
-    turning : bool
-        Whether the axis turns.
+    curves : sequence of Curve
+        Along that motion.
     units : (str, str)
         Of position and effort.
     cutoff_hz : float
@@ -94,9 +94,14 @@ class Missed:
     noise: float
     above: float
     laws: Mapping[str, Array]
-    turning: bool
+    curves: Sequence[Curve]
     units: tuple[str, str]
     cutoff_hz: float
+
+    @property
+    def scale(self) -> float:
+        """Rms of the residual."""
+        return max(float(np.sqrt(np.mean(self.residual**2))), _TINY)
 
 
 def error_budget(missed: Missed) -> ErrorBudget:
@@ -115,21 +120,20 @@ def error_budget(missed: Missed) -> ErrorBudget:
 
 def fitted_curves(missed: Missed) -> "Account":
     """The curves, and effects that no curve imitates, which the recordings support."""
-    scale = max(float(np.sqrt(np.mean(missed.residual**2))), _TINY)
-    curves = [
-        found
-        for kind in kinds(missed.stretches, missed.turning)
-        if (found := curve_of(kind, missed.stretches))
-    ]
-    ways = parts(missed.block, _coordinates(missed))
-    signal = missed.residual / scale
-    base = _independent(missed.base)
-    products = Products.of(base, [c.columns for c in curves], signal, ways)
+    curves = missed.curves
+    products = products_of(missed, curves)
     if laws := _unlike(missed, products):
-        curves += [law_of(_place(name), name, part) for name, part in laws.items()]
-        products = Products.of(base, [c.columns for c in curves], signal, ways)
-    enough = min((missed.noise / scale) ** 2, 1.0)
-    return Account(missed, curves, select(products, curves, missed.block, enough), scale)
+        curves = [*curves, *(law_of(_place(name), name, part) for name, part in laws.items())]
+        products = products_of(missed, curves)
+    enough = min((missed.noise / missed.scale) ** 2, 1.0)
+    return Account(missed, curves, select(products, curves, missed.block, enough))
+
+
+def products_of(missed: Missed, curves: Sequence[Curve]) -> Products:
+    """Products of curves and of what is missed, in units of its scale."""
+    ways = parts(missed.block, _coordinates(missed))
+    columns = [curve.columns for curve in curves]
+    return Products.of(_independent(missed.base), columns, missed.residual / missed.scale, ways)
 
 
 def _independent(base: Array) -> Array:
@@ -180,12 +184,11 @@ def imitated(products: Products, part: Array, curve: int) -> float:
 
 @dataclass(frozen=True)
 class Account:
-    """What a fit with curves says of what is missed, whose unit is `scale`."""
+    """What a fit with curves says of what is missed."""
 
     missed: Missed
     curves: Sequence[Curve]
     model: Fit
-    scale: float
 
     @property
     def budget(self) -> ErrorBudget:
@@ -206,7 +209,7 @@ class Account:
     @cached_property
     def _parts(self) -> dict[int, Array]:
         """What each curve accounts for beyond the base, (n,)."""
-        efforts = {k: self.scale * self.model.effort(k) for k in self.model.curves}
+        efforts = {k: self.missed.scale * self.model.effort(k) for k in self.model.curves}
         base = self.model.products.values[:, : self.model.products.base]
         return {
             k: np.asarray(effort - base @ np.linalg.lstsq(base, effort, rcond=None)[0])
@@ -301,7 +304,7 @@ class Account:
     def _scaled(self, k: int) -> Array:
         """What the coefficients of a curve are multiplied by, (m,)."""
         products = self.model.products
-        return np.asarray(self.scale / products.scale[products.places[k]])
+        return np.asarray(self.missed.scale / products.scale[products.places[k]])
 
     def _curve(self, k: int) -> BudgetCurve:
         """A curve with its band, beyond the base model."""
@@ -526,20 +529,29 @@ def missed(
     above : float
         Rms of what is missed above the band.
     """
-    valid = data.valid
+    valid, stretches = data.valid, [_stretch(s) for s in data.segments]
     return Missed(
         residual=(data.effort - base.predicted)[valid],
         base=base.jacobian[valid],
         effort=data.effort[valid],
         block=data.block[valid],
-        stretches=[_stretch(s) for s in data.segments],
+        stretches=stretches,
         noise=floor.rms,
         above=above,
         laws={name: part[valid] for name, part in laws.items()},
-        turning=bool(data.turning),
+        curves=_curves(data, stretches),
         units=units,
         cutoff_hz=max(s.cutoff_hz for s in data.segments),
     )
+
+
+def _curves(data: AxisData, stretches: Sequence[Stretch]) -> Sequence[Curve]:
+    """The curves along prepared recordings, made once."""
+    if curve_of not in data.results:
+        every = (curve_of(kind, stretches) for kind in kinds(stretches, bool(data.turning)))
+        data.results[curve_of] = tuple(curve for curve in every if curve is not None)
+    found: Sequence[Curve] = data.results[curve_of]
+    return found
 
 
 def _stretch(s: Segment) -> Stretch:

@@ -193,6 +193,12 @@ class Fit:
             first += size
         raise KeyError(curve)
 
+    def freedom(self, curve: int) -> float:
+        """Effective degrees of freedom of a curve: of its coefficients, as many as the data set."""
+        rough, place = self.products.penalties[curve], self.place(curve)
+        size = self.sizes[self.curves.index(curve)]
+        return len(rough) - float(np.sum(rough * self.covariance[place, place])) / size
+
     def effort(self, curve: int) -> Array:
         """What a curve adds, (n,)."""
         values = self.products.values[:, self.products.places[curve]]

@@ -491,7 +491,6 @@ class ResidualSubspace:
         library: Library,
         grids: Mapping[Candidate, Grid],
         without: Set[str | Candidate],
-        starts: int = 1,
     ) -> list[ScoredCandidate]:
         """Each candidate of a library at the best of its points.
 
@@ -502,9 +501,6 @@ class ResidualSubspace:
             The whole ranges that are searched.
         without : set of str or Candidate
             Effects and candidates that are left out.
-        starts : int, optional
-            A candidate that a descent refines comes at the best of so many parts of the range of
-            its first nonlinear parameter.
         """
         fits = library.fits(self.basis, self.jacobian, self.left, self.key)
         found = []
@@ -513,8 +509,7 @@ class ResidualSubspace:
                 continue
             errors, linear = fits[candidate]
             errors = self._penalized(candidate, points, errors, linear)
-            for part in _parts(candidate, points, starts):
-                found.append(_best(candidate, points, errors, linear, grids[candidate], part))
+            found.append(_best(candidate, points, errors, linear, grids[candidate]))
         return [scored for scored in found if np.isfinite(scored.error)]
 
     def score_at(
@@ -544,28 +539,14 @@ class ResidualSubspace:
 
 
 def _best(
-    candidate: Candidate,
-    nonlinear: Grid,
-    errors: Array,
-    linear: Array,
-    grid: Grid,
-    among: NDArray[np.bool_] | bool = True,
+    candidate: Candidate, nonlinear: Grid, errors: Array, linear: Array, grid: Grid
 ) -> ScoredCandidate:
     """The best of D sets, from their errors (D,) and linear parameters (D, k)."""
-    best = int(np.argmin(np.where(among, errors, np.inf)))
+    best = int(np.argmin(errors))
     at = {name: float(array[best]) for name, array in nonlinear.items()}
     values = dict(zip(candidate.form.linear, linear[best].tolist(), strict=False))
     best_term = FittedTerm(candidate, at, values)
     return ScoredCandidate(best_term, float(errors[best]), grid)
-
-
-def _parts(candidate: Candidate, points: Grid, starts: int) -> list[NDArray[np.bool_] | bool]:
-    """Masks (D,) of the points in each part of the range of the first nonlinear parameter."""
-    if starts == 1 or not candidate.descends:
-        return [True]
-    values, place = np.unique(points[candidate.form.nonlinear[0]], return_inverse=True)
-    part = starts * place // len(values)
-    return [part == one for one in np.unique(part)]
 
 
 def _released(fitted: FittedModel) -> Array:

@@ -57,25 +57,12 @@ class Refinements:
         most_rounds: int = _ROUNDS,
     ) -> ScoredCandidate:
         """See `refined`."""
-        key = (most_rounds, *_context(subspace, scored))
+        left = float(subspace.residual @ subspace.residual)
+        at = scored.term.nonlinear.values()
+        key = (most_rounds, scored.candidate, *at, scored.error, left)
         if key not in self.cache:
             self.cache[key] = refined(subspace, scored, grid, most_rounds)
         return self.cache[key]
-
-    def descended(
-        self, subspace: ResidualSubspace, starts: tuple[ScoredCandidate, ...], grid: Grid
-    ) -> list[ScoredCandidate]:
-        """See `edge_ident.diagnosis.fit.refinement.descended`."""
-        keys = [("from", *_context(subspace, start)) for start in starts]
-        if not all(key in self.cache for key in keys):
-            self.cache.update(zip(keys, descended(subspace, starts, grid), strict=True))
-        return [self.cache[key] for key in keys]
-
-
-def _context(subspace: ResidualSubspace, scored: ScoredCandidate) -> tuple[Hashable, ...]:
-    """Of a candidate's refinement: from where, and what the model leaves."""
-    left = float(subspace.residual @ subspace.residual)
-    return (scored.candidate, *scored.term.nonlinear.values(), scored.error, left)
 
 
 def refined(

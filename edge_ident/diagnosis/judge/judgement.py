@@ -18,6 +18,7 @@ from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
+from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.stability import RUNS, agreed, decide_halves, disturbed_runs
 from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
@@ -117,7 +118,7 @@ def judge(
     before = None
     while kept != before:  # beside the others more is left unexplained then
         before = kept
-        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law):
+        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law, _a_curve):
             doubts |= (doubtful := doubt(assessed, kept))
             kept = [k for k in kept if k not in doubtful]
     reason = blocked or (assessed.against_all(kept) if kept else None)
@@ -204,6 +205,12 @@ def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     doubts = {k: assessed.degenerate(k) or others.get(place, "") for place, k in enumerate(kept)}
     doubts = {k: reason for k, reason in doubts.items() if reason}
     return assessed.doubtful_sizes(kept) | assessed.phases(kept) | doubts
+
+
+def _a_curve(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+    """Reasons against laws in whose place a curve of no assumed law is better."""
+    found = curves_instead(assessed.search, assessed.fitted(kept), assessed.floor)
+    return {kept[place]: reason for place, reason in found.items()}
 
 
 def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _Sorted:

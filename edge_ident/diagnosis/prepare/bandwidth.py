@@ -9,7 +9,7 @@ estimate ends where both noises are equally strong. The search for causes goes o
 play or a delay adds to the base model grows with the frequency, up to as fast as the encoder noise.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -70,12 +70,6 @@ class Band:
     def motion_hz(self, sampling_s: float) -> float:
         """Bandwidth of the motion, of a recording with this sampling period."""
         return min(_MOTION_BAND * self.cutoff_hz, _WIDEST / sampling_s)
-
-    def wider(self, factor: float, sampling_s: float) -> "Band":
-        """The same filter with a higher cut-off, at most that of Gautier's rule for a recording
-        with this sampling period."""
-        ceiling_hz = max(self.cutoff_hz, 1.0 / (SAMPLED_PER_PERIOD * sampling_s))
-        return replace(self, cutoff_hz=min(factor * self.cutoff_hz, ceiling_hz))
 
     @property
     def balanced_hz(self) -> float:

@@ -86,9 +86,7 @@ class TooShortError(DataError):
         self.places = places
 
 
-def prepare_axis(
-    recordings: Sequence[Recording], name: str, *, timed: bool = True, widening: float = 1.0
-) -> AxisData:
+def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = True) -> AxisData:
     """Prepare one axis.
 
     Its effort is brought in step with its motion, unless it is too late for that.
@@ -100,8 +98,6 @@ def prepare_axis(
         Of the axis.
     timed : bool
         False leaves the effort where it is: a delay in a known model accounts for its timing.
-    widening : float, optional
-        Factor by which the band of the comparison is wider than usual, where the sampling allows.
 
     Raises
     ------
@@ -110,7 +106,7 @@ def prepare_axis(
         show it in none.
     """
     clocked = zip(recordings, _clocks(recordings), strict=True)
-    recorded = [_segment(each, name, clock, widening) for each, clock in clocked]
+    recorded = [_segment(each, name, clock) for each, clock in clocked]
     _check_enough(name, recorded)
     found = in_time(recorded, move=timed)
     segments = found.segments
@@ -149,11 +145,11 @@ def _clocks(recordings: Sequence[Recording]) -> list[int]:
     return clocks
 
 
-def _segment(recording: Recording, name: str, clock: int, widening: float) -> Segment:
+def _segment(recording: Recording, name: str, clock: int) -> Segment:
     raw, late_s = Sampled.of(recording, name, clock), recording.effort_shift_s
     count, noise = _noise(raw, recording, name)
     widest_hz = choose_cutoff(raw.position, raw.period_s, raw.noises[name])
-    band, motion_hz, density = _band(raw, noise, widest_hz, widening)
+    band, motion_hz, density = _band(raw, noise, widest_hz)
     stride = max(1, int(1.0 / (_REGRESSOR_RATE * motion_hz * raw.period_s)))
     period_s = stride * raw.period_s
     motions, replicas = raw.motions(motion_hz, stride)
@@ -197,15 +193,12 @@ def _listed(recording: Recording, name: str) -> tuple[frozenset[str], frozenset[
     return earlier, frozenset(recording.axes) - earlier - {name}
 
 
-def _band(
-    raw: Sampled, noise: float, widest_hz: float, widening: float
-) -> tuple[Band, float, float]:
+def _band(raw: Sampled, noise: float, widest_hz: float) -> tuple[Band, float, float]:
     """The band of the comparison, the bandwidth of the motion, and the power density of the effort
     noise per Hz."""
     deviation = white_noise(raw.effort, raw.position, widest_hz, raw.period_s)
     density = 2.0 * raw.period_s * deviation**2
     seen = comparison_band(raw.position, raw.effort, noise, density, widest_hz, raw.period_s)
-    seen = seen.wider(widening, raw.period_s)
     affordable_hz = most_hz(raw.period_s * len(raw.time_s))
     band = replace(seen, cutoff_hz=min(seen.cutoff_hz, affordable_hz))
     return band, _motion_hz(raw, seen, band), density

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import groupby
 from typing import Final, Self
 
 import numpy as np
@@ -47,7 +46,6 @@ from edge_ident.diagnosis.select.thresholds import (
     PROMISING,
     RELIABILITY,
     SLIGHTEST,
-    STARTS,
     Threshold,
 )
 from edge_ident.model.effects import catalogue, named
@@ -341,8 +339,6 @@ class Search:
         Sum of squares that noise alone leaves.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
-    deep : bool
-        Whether candidates of sparse grids are searched from many parts of their ranges.
     added : Threshold
         That a term has to gain more than to enter.
     refinements : Refinements
@@ -358,7 +354,6 @@ class Search:
     library: Library
     noise: float
     refines: bool = True
-    deep: bool = False
     added: Threshold[float] = ADDED_TERM
     refinements: Refinements = field(default_factory=Refinements, compare=False)
 
@@ -438,11 +433,6 @@ class Search:
         """Gain of the criterion from one model to another."""
         return self.criterion.gain(before, after)
 
-    def worth_descending(self, fitted: FittedModel) -> frozenset[Candidate]:
-        """Candidates of sparse grids that would be accepted if they explained all but noise."""
-        room = self.criterion.room(fitted, self.noise) - self.added.value
-        return frozenset(c for c in self.library if c.descends and room > self.criterion.penalty(c))
-
     def fit(self, base: Array, terms: tuple[FittedTerm, ...]) -> FittedModel:
         """Fit a model to the data."""
         return fit(self.data, self.template, base, terms)
@@ -489,26 +479,7 @@ class Search:
             best = self._within_bounds(fitted, self._refined(subspace, scored))
             if best not in found and self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
-        if self.deep and self.refines and not fitted.terms:  # beside others it takes too long
-            descents = self._descents(fitted, subspace, without)
-            found += [s for s in descents if self._admissible(s.term, fitted, replica_jacobian)]
-            every = {s.candidate: s for s in sorted(found, key=value, reverse=True)}
-            sparse = [best for candidate, best in every.items() if candidate.descends]
-            found = [s for s in found if not s.candidate.descends] + sparse
         return sorted(found, key=value)
-
-    def _descents(
-        self, fitted: FittedModel, subspace: ResidualSubspace, without: LeftOut
-    ) -> list[ScoredCandidate]:
-        """Candidates of sparse grids, refined from each part of their ranges."""
-        scored = subspace.score_library(self.library, self.grids, without, STARTS.value)
-        worth = self.worth_descending(fitted)
-        starts = [start for start in scored if start.candidate in worth]
-        return [
-            self._within_bounds(fitted, end)
-            for candidate, of_one in groupby(starts, key=lambda start: start.candidate)
-            for end in self.refinements.descended(subspace, tuple(of_one), self.grids[candidate])
-        ]
 
     def _coarse(
         self, fitted: FittedModel, of: ResidualSubspace, without: LeftOut, held: bool = False

@@ -1,6 +1,6 @@
 """The search for causes, from the base model to the model that it ends with."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -88,31 +88,6 @@ def first_selected(data: AxisData, template: AxisModel) -> Selected:
     return Selected(first.search, start, first.model, unsupported)
 
 
-def selected_deeper(selected: Selected) -> Selected:
-    """Repeat a selection by a deep search (`Search.deep`), which knows what the first one found.
-
-    Where it ends with the same model, that is the first selection itself.
-    """
-    search = selected.search
-    samples = float(np.count_nonzero(search.data.valid))
-    deep = replace(search.with_samples(samples), deep=True)
-    again = select_forward(deep, selected.start)
-    if _same(again.model, selected.grown):
-        return selected
-    found = _with_hidden_events(_eliminated(again, selected.start))
-    return selected if _same(found.supported.model, selected.supported.model) else found
-
-
-def _same(model: FittedModel, other: FittedModel) -> bool:
-    """Whether two models have the same terms, their nonlinear parameters but for rounding."""
-    pairs = zip(model.terms, other.terms, strict=False)
-    return len(model.terms) == len(other.terms) and all(
-        t.candidate == o.candidate
-        and np.allclose([*t.nonlinear.values()], [*o.nonlinear.values()], atol=0.0)
-        for t, o in pairs
-    )
-
-
 def _selected(search: Search, start: FittedModel) -> Selected:
     return _eliminated(select_forward(search, start), start)
 
@@ -136,8 +111,7 @@ def _with_hidden_events(selected: Selected) -> Selected:
     if data is selected.search.data:
         return selected
     start = fitted_base(data, template)
-    search = replace(Search.of(data, template, start), deep=selected.search.deep)
-    return _selected(search, start)
+    return _selected(Search.of(data, template, start), start)
 
 
 # Events in samples that the comparison leaves out.

@@ -266,17 +266,9 @@ MOST_REFINED: Final = Threshold(
 PROMISING: Final = Threshold(
     0.4,
     "best gain",
-    "Lesser candidates are not refined; play and compliance are, beside the base model.",
-    "They do not catch up. The grid of play and compliance is sparse, and a descent may.",
+    "Lesser candidates are not refined.",
+    "They do not catch up.",
     "none needed: it bounds the effort of the search",
-)
-STARTS: Final = Threshold(
-    8,
-    "descents",
-    "Beside the base model, the gap of a play and the resonance of a compliance are searched from "
-    "so many parts of their ranges.",
-    "The error has many minima, and a descent seldom crosses from one to the next.",
-    "`test_products.py`: the best point of each part",
 )
 SLIGHTEST: Final = Threshold(
     3.0,
