@@ -110,7 +110,7 @@ def test_a_pause_in_the_time_stamps_is_said(turning: Synthetic) -> None:
     axis = whole.axes["m"]
     part = replace(axis, position=axis.position[kept], effort=axis.effort[kept])
     paused = replace(whole, time_s=whole.time_s[kept], axes={"m": part})
-    found = diagnose([paused], stability=False)
+    found = diagnose([paused])
     assert "gaps" in {finding.code for finding in found.data_quality}
     assert set(found_on(found.axes["m"])) == {"torque_ripple"}
 
@@ -178,7 +178,7 @@ def test_a_written_model_leaves_the_same_residual_in_every_command(
     made: Synthetic = request.getfixturevalue(machine)
     recording, found = load_recording(made.path), diagnosed(made.path)
     known = written(found, tmp_path)
-    again = diagnose([recording], model=known, stability=False)
+    again = diagnose([recording], model=known)
     compensated = identify(recording, model=known, diagnose=False)
     plain = identify(recording, diagnose=False)
     for name, axis in found.axes.items():
@@ -200,5 +200,5 @@ def test_a_written_model_can_be_simulated_along_its_recording(
 ) -> None:
     known = written(diagnosed(slide.path), tmp_path)
     moved = simulate(known, load_recording(slide.path), effort_resolution=0.0)
-    for axis in diagnose([moved], model=known, stability=False).axes.values():
+    for axis in diagnose([moved], model=known).axes.values():
         assert axis.base.fitted < 0.05, "the model knows what moved the simulated drive"

@@ -42,7 +42,7 @@ Tolerance = Annotated[
 Stability = Annotated[
     bool,
     typer.Option(
-        help="Repeat the search on disturbed data; causes not found again are only suspected."
+        hidden=True, help="Deprecated, and without effect: no search is repeated any more."
     ),
 ]
 KeepMinor = Annotated[
@@ -79,7 +79,7 @@ def diagnose(
     validate: ValidationFile = None,
     model: options.ModelFile = None,
     tolerance: Tolerance = edge_ident.TOLERANCE,
-    stability: Stability = True,
+    stability: Stability = False,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",
     machine: options.Machine = "",
@@ -103,7 +103,7 @@ def diagnose(
         known = options.model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
             recordings, model=known, validate=reading.read(validate) if validate else None,
-            tolerance=tolerance, stability=stability, keep_minor=keep_minor, on_progress=bars.show,
+            tolerance=tolerance, keep_minor=keep_minor, on_progress=bars.show,
         )  # fmt: skip
     shown = results.output and results.output / _PAGES[page]
     done = reading.done(*files, validate, page=shown, model=model)

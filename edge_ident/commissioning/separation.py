@@ -246,9 +246,7 @@ def _to_separate(
     if not others:
         return open_axes
     beside = study.computed(
-        lambda progress: diagnose(
-            recordings, model=study.model, stability=False, only=others, on_progress=progress
-        )
+        lambda progress: diagnose(recordings, model=study.model, only=others, on_progress=progress)
     )
     return {
         name: open_axes[name] if name in open_axes else without_causes(beside.axes[name])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.content import above_band
-from edge_ident.diagnosis.axis_search import AxisSearch, OnRun, search_axis, with_ripples_everywhere
+from edge_ident.diagnosis.axis_search import AxisSearch, search_axis, with_ripples_everywhere
 from edge_ident.diagnosis.budget.account import error_budget, missed
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.deviations import friction_line, with_trades
@@ -71,8 +71,6 @@ class AxisProblem:
     validates : sequence of Recording
         Another recording, in parts; none if there is none.
     rules : Rules
-    on_run : callable
-        Gets the number of disturbed runs that are done.
     """
 
     recordings: Sequence[Recording]
@@ -80,7 +78,6 @@ class AxisProblem:
     template: AxisModel
     validates: Sequence[Recording]
     rules: Rules
-    on_run: OnRun
 
     @cached_property
     def data(self) -> AxisData:
@@ -137,8 +134,7 @@ def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
     for clock in clocks:
         pairs = zip(problem.recordings, segments, strict=True)
         parts = [recording for recording, s in pairs if s.motion.clock == clock]
-        rules = replace(problem.rules, stability=False)
-        one = replace(problem, recordings=parts, validates=(), rules=rules)
+        one = replace(problem, recordings=parts, validates=())
         try:
             alone[parts[0].source] = _in_band(one).axis
         except DataError:  # it is too short to be diagnosed alone
@@ -172,7 +168,7 @@ def _in_band(problem: AxisProblem) -> _Found:
     content, out_of_step = orders_in_step(data, template, content, tolerance)
 
     def searched(axis: AxisModel) -> AxisSearch:
-        found = search_axis(recordings, name, efforts, problem.rules, problem.on_run, data, axis)
+        found = search_axis(recordings, name, efforts, problem.rules, data, axis)
         return with_ripples_everywhere(found, recordings, name, tolerance)
 
     known = with_ripples(template, content, tolerance)

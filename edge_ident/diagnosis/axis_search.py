@@ -1,7 +1,7 @@
 """The search for causes on one axis, and what it is worth."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -49,9 +49,6 @@ from edge_ident.signals.recording import Recording
 Array = NDArray[np.float64]
 
 
-OnRun = Callable[[int], None]
-
-
 @dataclass(frozen=True)
 class AxisSearch:
     """What the search on prepared data found, and what it is worth.
@@ -86,7 +83,6 @@ def search_axis(
     name: str,
     efforts: Sequence[Sequence[Finding]],
     rules: Rules,
-    on_run: OnRun,
     data: AxisData,
     known: AxisModel,
 ) -> AxisSearch:
@@ -101,14 +97,12 @@ def search_axis(
     efforts : sequence of sequence of Finding
         On the effort of each recording.
     rules : Rules
-    on_run : callable
-        Gets the number of disturbed runs that are done.
     data : AxisData
     known : AxisModel
         The axis with what it is known to have.
     """
     selected = _selected(adequate_data(data, known, rules.tolerance), known, rules.tolerance)
-    return _judged(recordings, name, efforts, rules, on_run, selected)
+    return _judged(recordings, name, efforts, rules, selected)
 
 
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
@@ -141,7 +135,6 @@ def _judged(
     name: str,
     efforts: Sequence[Sequence[Finding]],
     rules: Rules,
-    on_run: OnRun,
     selected: Selected,
 ) -> AxisSearch:
     """What was selected, judged."""
@@ -156,7 +149,7 @@ def _judged(
             checks = (*checks, scale_differs(recordings[scaled.place].source, scaled))
         else:
             checks = (*checks, *own_values(recordings, name, search.data, model))
-    judged = judge(search, start, selected.supported, floor, rules, _blocked(checks), on_run)
+    judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     if judged.verdict is Verdict.ADEQUATE or _blocked(checks) is not None:
         return AxisSearch(selected, floor, checks, judged)
     if (smoothed := filter_instead(selected, rules.tolerance)) is not None:

@@ -1,16 +1,15 @@
 """Entry point: diagnose recordings of one machine."""
 
 import math
+import warnings
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Final
 
 import numpy as np
 
 from edge_ident.diagnosis.axis_diagnosis import AxisProblem, diagnose_axis
 from edge_ident.diagnosis.judge.judgement import Rules
-from edge_ident.diagnosis.judge.stability import RUNS
 from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.preparation import TooShortError, in_parts
@@ -46,7 +45,7 @@ def diagnose(
     model: GivenModel | None = None,
     validate: Given | None = None,
     tolerance: float = TOLERANCE,
-    stability: bool = True,
+    stability: bool | None = None,
     keep_minor: bool = False,
     only: str | Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
@@ -67,8 +66,7 @@ def diagnose(
         Smallest share of the rms effort that is worth naming, below one. Causes that take less off
         the recorded effort are minor.
     stability : bool, optional
-        Whether the search is repeated on disturbed data. A cause that does not come back is only
-        suspected.
+        Deprecated, and without effect: no search is repeated on disturbed data any more.
     keep_minor : bool, optional
         Whether the extended model has the minor causes too.
     only : str or collection of str
@@ -94,6 +92,8 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
+    if stability is not None:
+        warnings.warn("`stability` has no effect: leave it out", DeprecationWarning, stacklevel=2)
     number("tolerance", tolerance, 0.0, _LARGEST, "give a share of the effort, such as 0.01")
     every = given_recordings(recordings)
     validate = None if validate is None else given_recording(validate, "validate")
@@ -104,14 +104,12 @@ def diagnose(
     every = [with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in every]
     validates = [with_mended_stamps(validate)] if validate else []
     axes, validations = {}, {}
-    rules = Rules(tolerance, stability, keep_minor)
+    rules = Rules(tolerance, keep_minor)
     for done, name in enumerate(names):
-        searching = partial(on_progress, "diagnosis", done, len(names))
-        searching()
-        told = partial(_told, on_progress, name, searching)
+        on_progress("diagnosis", done, len(names))
         parts, places, said = in_parts(every, name)
         others, _, also_said = in_parts(validates, name)
-        problem = AxisProblem(parts, name, _template(parts[0], name, model), others, rules, told)
+        problem = AxisProblem(parts, name, _template(parts[0], name, model), others, rules)
         problem, places, short = _without_short(problem, places)
         found, validation = diagnose_axis(problem)
         given = replace(found.traces, recording=np.array(places)[found.traces.file])
@@ -161,13 +159,6 @@ def _axes_to_diagnose(
             "give a recording in which an axis of the diagnosis moves",
         )
     return names
-
-
-def _told(on_progress: Progress, name: str, searching: Callable[[], None], done: int) -> None:
-    """Tell how many disturbed runs of an axis are done; after the last one, the search goes on."""
-    on_progress(f"stability, axis {name}", done, RUNS)
-    if done == RUNS:
-        searching()
 
 
 def _template(recording: Recording, name: str, model: Model | None) -> AxisModel:

@@ -29,7 +29,7 @@ from edge_ident.diagnosis.select.acceptance import about_alike
 from edge_ident.diagnosis.select.search import independent_samples
 from edge_ident.diagnosis.select.second_looks import OwnScale
 from edge_ident.diagnosis.select.selection import Selected, selected_model
-from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE
 from edge_ident.estimation.least_squares import coloured_std
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
@@ -70,7 +70,7 @@ def filter_instead(selected: Selected, tolerance: float) -> Finding | None:
         Smallest share of the rms effort that is worth naming.
     """
     search, model, data = selected.search, selected.supported.model, selected.search.data
-    if selected.late or search.criterion.room(selected.start, search.noise) <= search.added.value:
+    if selected.late or search.criterion.room(selected.start, search.noise) <= ADDED_TERM.value:
         return None
     least_s = min(s.raw_period_s for s in data.segments)
     most_s = min(REACH_S, search.excitation.quarter_turn_s)

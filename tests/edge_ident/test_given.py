@@ -29,7 +29,7 @@ def found(recording: edge_ident.Recording) -> edge_ident.Identification:
 
 @pytest.fixture(scope="module")
 def diagnosis(recording: edge_ident.Recording) -> edge_ident.Diagnosis:
-    return edge_ident.diagnose(recording, stability=False)
+    return edge_ident.diagnose(recording)
 
 
 def with_term(*given: object) -> edge_ident.Model:

@@ -1,6 +1,6 @@
 """External vibrations: the strongest sinusoids in time in a residual."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
@@ -58,10 +58,6 @@ class Spectrum:
         grids, waves, own = zip(*map(_kept, data.segments), strict=True)
         grid = {name: np.concatenate([part[name] for part in grids]) for name in grids[0]}
         return cls(grid, scipy.linalg.block_diag(*waves), np.concatenate(own))
-
-    def at(self, kept: NDArray[np.bool_]) -> "Spectrum":
-        """The same at fewer of the samples (n,)."""
-        return self if np.all(kept) else replace(self, waves=self.waves[:, kept])
 
     def strongest(self, residual: Array) -> Grid:
         """Frequencies of the highest peaks of a residual (n,) at the valid samples.

@@ -7,7 +7,7 @@ model once for every column of one.
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby, pairwise
 from typing import Final, NamedTuple, Self
@@ -195,12 +195,6 @@ class Library:
                 for name, values in every[candidate].items()
             }
         return type(self)(every, (*self.stacks, Stack.of(regressors)))
-
-    def at(self, kept: NDArray[np.bool_]) -> Self:
-        """The same at fewer of the samples (n,)."""
-        if np.all(kept):
-            return replace(self)
-        return self.of(self.points, {c: self[c][..., kept] for c in self})
 
     def fits(self, basis: Array, jacobian: Array, left: Array, key: object) -> Fits:
         """Every candidate at each of its points, fitted to the residual of a model.

@@ -19,7 +19,6 @@ from edge_ident.diagnosis.fit.summary import (
 )
 from edge_ident.diagnosis.select.acceptance import (
     beyond,
-    explains_most,
     nearly_none,
     noise_limit,
     structure_left,
@@ -130,13 +129,7 @@ class Assessment:
 
     def against_all(self, kept: Sequence[int]) -> str | None:
         """Why no cause is named beside a part of the terms; None where nothing is against it."""
-        model = self.fitted(kept)
-        if reason := unphysical(self.search.data, self.start, model, self.tolerance):
-            return reason
-        if not self.structure(model):
-            return None
-        decision = explains_most(self.rest(self.start), self.rest(model))
-        return None if decision.accepted else decision.reason
+        return unphysical(self.search.data, self.start, self.fitted(kept), self.tolerance)
 
     def information_kept(self, kept: Sequence[int]) -> float:
         """Least share of what the motion says of a base parameter that it says beside vibrations.

@@ -1,14 +1,13 @@
 """Judgement: which terms of the selected model are supported causes, suspected, or minor.
 
-The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: too
-few runs on disturbed data find it, it is smaller than what is left unexplained, the halves of the
-data disagree about it, it shows at standstill alone, too often or too briefly, it trades places
-with the base parameters, another law fits better, the model with all causes is not physical or
-explains little, the selection did not converge, or no cause may be named. It is minor where it is
-small, or a sound drive has it.
+The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: it is
+smaller than what is left unexplained, the halves of the data disagree about it, it shows at
+standstill alone, too often or too briefly, it trades places with the base parameters, another law
+or a free curve fits better, the model with all causes is not physical, the selection did not
+converge, or no cause may be named. It is minor where it is small, or a sound drive has it.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,11 +18,11 @@ from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.free_curves import curves_instead
-from edge_ident.diagnosis.judge.stability import RUNS, agreed, decide_halves, disturbed_runs
+from edge_ident.diagnosis.judge.halves import decide_halves
 from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
-from edge_ident.diagnosis.select.acceptance import Decision, again, larger_than_rest
+from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
 from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.cross_validation import (
     evidence_for_terms,
@@ -46,14 +45,11 @@ class Rules:
     ----------
     tolerance : float
         Smallest share of the rms effort that is worth naming.
-    stability : bool
-        Whether the search is repeated on disturbed data.
     keep_minor : bool
         Whether minor causes stay in the model.
     """
 
     tolerance: float = TOLERANCE
-    stability: bool = True
     keep_minor: bool = False
 
 
@@ -89,7 +85,6 @@ def judge(
     floor: NoiseFloor,
     rules: Rules,
     blocked: str | None = None,
-    on_run: Callable[[int], None] = lambda run: None,
 ) -> Judgement:
     """Judge every term of the model that the search ends with.
 
@@ -103,16 +98,9 @@ def judge(
     rules : Rules
     blocked : str, optional
         Why no cause may be named.
-    on_run : callable
-        Gets the number of disturbed runs that are done.
     """
-    found: Sequence[int] = []
-    if rules.stability and selected.model.terms and not blocked:
-        runs = disturbed_runs(search, start, selected.model, floor.rms, on_run)
-        selected, found = agreed(search, start, selected, runs)
     doubts = {} if selected.converged else dict.fromkeys(range(len(selected.support)), _UNSETTLED)
     doubts |= _refused(s.decision for s in selected.support)
-    doubts |= _refused(again(times, RUNS + 1) for times in found)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     before = None
@@ -125,7 +113,7 @@ def judge(
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []
-    judged = _judgement(assessed, selected, _sort(assessed, kept, doubts), found, rules)
+    judged = _judgement(assessed, selected, _sort(assessed, kept, doubts), rules)
     # a recording that contradicts itself is understood by no model, however well one fits
     return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
@@ -244,7 +232,6 @@ def _judgement(
     assessed: Assessment,
     selected: SupportedModel,
     found: _Sorted,
-    times: Sequence[int],
     rules: Rules,
 ) -> Judgement:
     data, model = assessed.search.data, selected.model
@@ -255,7 +242,7 @@ def _judgement(
     staying = sorted({*found.sound, *(found.minor if rules.keep_minor else ())})
     left_out = [k for k in found.minor if own[k] and k not in staying]
     minor = [replace(every[k], decision=_minor_reason(assessed, k)) for k in left_out]
-    supported = _supported(assessed, selected, found.named, staying, times)
+    supported = _supported(assessed, selected, found.named, staying)
     return Judgement(
         verdict=_verdict(assessed, found),
         supported=replace(supported, refused=(*selected.refused, *vibrations)),
@@ -278,7 +265,6 @@ def _supported(
     selected: SupportedModel,
     named: Sequence[int],
     minor: Sequence[int],
-    times: Sequence[int],
 ) -> SupportedModel:
     """The model with a part of the terms: gains and decisions anew, alternatives as they were."""
     places = sorted([*named, *minor])
@@ -288,7 +274,6 @@ def _supported(
     for place, gain, beside in zip(places, gains, _beside_rest(assessed, model), strict=True):
         before = selected.support[place]
         reasons = [before.decision.reason, beside.reason]
-        reasons += [again(times[place], RUNS + 1).reason] if times else []
         reasons += [_minor_reason(assessed, place)] if place in minor else []
         decision = replace(before.decision, reason="; ".join(reasons))
         support.append(SupportedTerm(gain, decision, before.comparison, place in minor))

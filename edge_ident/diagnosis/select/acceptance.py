@@ -1,10 +1,9 @@
 """The rule that accepts a cause.
 
 `decide` is the rule. Forward selection asks it before it adds a term, backward elimination before
-it keeps one, and replacement before it exchanges one for an alternative. `again` and
-`larger_than_rest` decide which causes of the model that the search ends with are supported, and
-which only suspected. `structure_left` decides on the verdict. What they compare with is in
-`select.thresholds`.
+it keeps one, and replacement before it exchanges one for an alternative. `larger_than_rest` decides
+which causes of the model that the search ends with are supported, and which only suspected.
+`structure_left` decides on the verdict. What they compare with is in `select.thresholds`.
 """
 
 from collections.abc import Sequence
@@ -16,8 +15,6 @@ from edge_ident.diagnosis.fit.fitting import FittedTerm
 from edge_ident.diagnosis.select.thresholds import (
     ADDED_TERM,
     DECISIVE,
-    EXPLAINED,
-    FOUND_AGAIN,
     KEPT_TERM,
     LARGER_IN_TIME,
     LARGEST_DISCREPANCY,
@@ -82,7 +79,6 @@ def decide(
     evidence: Evidence,
     *,
     staying: bool = False,
-    added: Threshold[float] = ADDED_TERM,
 ) -> Decision:
     """Decide whether a model may take the place of another.
 
@@ -94,10 +90,8 @@ def decide(
         Of the change from the one to the other.
     staying : bool
         Whether the additional term is in the model already, and asks to stay.
-    added : Threshold
-        That a term has to gain more than to enter.
     """
-    required = _required_gain(before, after, KEPT_TERM if staying else added)
+    required = _required_gain(before, after, KEPT_TERM if staying else ADDED_TERM)
     margin = evidence.criterion_gain - required
     reason = _criterion_reason(evidence.criterion_gain, required, staying)
     if not margin > 0.0:
@@ -161,15 +155,6 @@ def separable(criterion_gain: float) -> bool:
     return criterion_gain >= DECISIVE.value
 
 
-def again(found: int, runs: int) -> Decision:
-    """Decide whether a cause that so many of the runs found is stable (`judge.stability`)."""
-    reason = (
-        f"{found} of {runs} runs on data disturbed by less than their noise find the same effort "
-        f"({FOUND_AGAIN.value} are required)"
-    )
-    return Decision(found >= FOUND_AGAIN.value, reason, float(found - FOUND_AGAIN.value))
-
-
 def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -> Decision:
     """Decide whether a cause is larger than what is left unexplained.
 
@@ -191,22 +176,6 @@ def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -
         f"it, {rest:.1%}"
     )
     return Decision(share >= required, reason, share - required)
-
-
-def explains_most(before: float, after: float) -> Decision:
-    """Decide whether causes that leave more than noise explain enough to be named.
-
-    Parameters
-    ----------
-    before, after : float
-        Rms that the base model leaves beyond noise, and that the model with all causes does.
-    """
-    share = 1.0 - (after / before) ** 2
-    reason = (
-        f"all causes together explain {share:.0%} of what the base model leaves beyond noise (more "
-        f"than {EXPLAINED.value:.0%} of its variance are required where more than noise is left)"
-    )
-    return Decision(share > EXPLAINED.value, reason, share - EXPLAINED.value)
 
 
 def same_size(first: float, second: float, std: float, parts: tuple[str, str]) -> Decision:

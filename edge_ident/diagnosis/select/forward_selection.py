@@ -68,21 +68,6 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     return Selection(model, search)
 
 
-def select_again(search: Search, start: FittedModel, most: float) -> FittedModel:
-    """Repeat a selection, whose criterion ended with the search's number of samples.
-
-    Parameters
-    ----------
-    search : Search
-    start : FittedModel
-        The base model.
-    most : float
-        Number of samples that the criterion began with.
-    """
-    model = _grown(search.with_samples(most), start)
-    return model if search.criterion.samples == most else _better(search, start, model)
-
-
 def grown_on(search: Search, model: FittedModel, without: frozenset[str]) -> FittedModel:
     """Select on from a model, without some effects."""
     return _pruned(search, _largest(search, model, without))
@@ -199,7 +184,7 @@ def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> Fitt
     The evidence is collected in the order of its cost: score, fit, cross-validation.
     """
     terms = (*parent.terms, scored.term)
-    decided = partial(decide, parent.terms, added=search.added)
+    decided = partial(decide, parent.terms)
     expected = Evidence(search.criterion.expected_gain(scored, parent))
     if not decided(terms, expected).accepted:
         return None
@@ -218,7 +203,7 @@ def _pruned(search: Search, model: FittedModel) -> FittedModel:
         smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
         best = min(smaller, key=search.criterion.value)
         evidence = Evidence(search.gain(best, model))
-        if decide(best.terms, model.terms, evidence, added=search.added).accepted:
+        if decide(best.terms, model.terms, evidence).accepted:
             return model
         model = best
     return model
@@ -234,9 +219,8 @@ def _distinct(ranked: Iterable[FittedModel]) -> list[FittedModel]:
 
 # Nonlinear parameters of a model, each term once more beside all the others.
 #
-# A term enters at the best values for what was left then. A search that refines nothing, on
-# disturbed data, has the points of its library, among them those of the model that it is to find
-# again.
+# A term enters at the best values for what was left then. A search that refines nothing
+# has the points of its library, among them those of the model that it is to find again.
 
 
 def polished(search: Search, fitted: FittedModel) -> FittedModel:

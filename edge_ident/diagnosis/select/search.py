@@ -39,14 +39,12 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.refinement import Refinements, rows_beside, scored_late
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import (
-    ADDED_TERM,
     LARGEST,
     LOST_CORRELATION,
     MOST_REFINED,
     PROMISING,
     RELIABILITY,
     SLIGHTEST,
-    Threshold,
 )
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting
@@ -339,8 +337,6 @@ class Search:
         Sum of squares that noise alone leaves.
     refines : bool
         Whether nonlinear parameters are searched between the points of the grids.
-    added : Threshold
-        That a term has to gain more than to enter.
     refinements : Refinements
         Candidates that were refined before.
     """
@@ -354,7 +350,6 @@ class Search:
     library: Library
     noise: float
     refines: bool = True
-    added: Threshold[float] = ADDED_TERM
     refinements: Refinements = field(default_factory=Refinements, compare=False)
 
     @classmethod
@@ -406,18 +401,6 @@ class Search:
         rows = {c: kept_rows(self.data, axis, c, points) for c, points in more.items()}
         library = self.library.with_points(more, rows)
         return replace(self, library=library, refines=False, refinements=Refinements())
-
-    def on(self, data: AxisData) -> Self:
-        """The same search on other data of the same motion: another effort, fewer valid samples."""
-        kept = data.valid[self.data.valid]
-        return replace(
-            self,
-            data=data,
-            criterion=replace(self.criterion, data=data),
-            spectrum=self.spectrum.at(kept),
-            library=self.library.at(kept),
-            refinements=Refinements(),
-        )
 
     @property
     def searched(self) -> Searched:

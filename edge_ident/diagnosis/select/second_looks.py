@@ -31,7 +31,7 @@ from edge_ident.diagnosis.prepare.timing import (
 from edge_ident.diagnosis.select.acceptance import about_alike, structure_left
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
-from edge_ident.diagnosis.select.thresholds import DECISIVE
+from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.motion import LARGEST_SHIFT
@@ -142,7 +142,7 @@ def _along_one_sinusoid(selected: Selected) -> float:
     than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
     search, kept = selected.search, selected.search.data.results
     room = search.criterion.room(selected.start, search.noise)
-    if search.data.several_speeds or room <= search.added.value:
+    if search.data.several_speeds or room <= ADDED_TERM.value:
         return 0.0
     if far_shift_s not in kept:
         reach_s = search.excitation.quarter_turn_s

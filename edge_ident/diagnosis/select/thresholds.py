@@ -42,7 +42,7 @@ ADDED_TERM: Final = Threshold(
 KEPT_TERM: Final = Threshold(
     0.0,
     "units of the criterion",
-    "A term in the model stays where it gains more than this, and on disturbed data enters, too.",
+    "A term in the model stays where it gains more than this.",
     "The criterion prefers the model with it. Stepwise selection removes at a lower threshold than "
     "it adds, or it cycles (Efroymson 1960).",
     "`test_real_machines.py`: a ripple of the motor enters, and stays beside others with 7 units",
@@ -84,21 +84,6 @@ STIFF_CHAIN: Final = Threshold(
     "A judgement: no chain is rigid, but what is twice worth naming is no small matter.",
     "`test_recorded_effort.py`: chains of 20 and 30 Hz, which take 2.9 and 1.0 %",
 )
-SAME_WAVEFORM: Final = Threshold(
-    0.5,
-    "rms of the cause's own effort",
-    "A disturbed run finds a cause again where an effort of its model differs by less than this.",
-    "A judgement: the two efforts then have a correlation of about 0.87 or more.",
-    "on 50 true causes of real axes, waveforms keep 48",
-)
-FOUND_AGAIN: Final = Threshold(
-    4,
-    "runs of 5",
-    "A cause that fewer runs find, the undisturbed one among them, is suspected.",
-    "Four fifths: inside the range of 0.6 to 0.9 that the source of stability selection proposes "
-    "(Meinshausen and Bühlmann, J. R. Stat. Soc. B 72 (2010) 417).",
-    "on real axes, four of five keep the true causes and drop the false ones",
-)
 SAME_SIZE: Final = Threshold(
     0.4,
     "size of the cause",
@@ -112,13 +97,6 @@ LARGER_IN_TIME: Final = Threshold(
     "A cause that is tied to time is larger than this; any other is larger than what is left.",
     "A judgement: the larger part of an unknown disturbance in time may look like such a cause.",
     "`test_acceptance.py`: a drift beside as large a rest is only suspected",
-)
-EXPLAINED: Final = Threshold(
-    2.0 / 3.0,
-    "of the variance beyond noise",
-    "All causes explain more of what the base model leaves, or leave only noise; or are suspected.",
-    "A judgement: among all effects and their parameters, one explains half of whatever it is.",
-    "`test_judgement.py`: a cause that leaves two fifths",
 )
 HELD: Final = Threshold(
     0.5,
@@ -161,13 +139,6 @@ INFORMATION_KEPT: Final = Threshold(
     "Beside external vibrations, the motion still says more than this, or they are refused.",
     "A judgement: standard deviations grow by 1.4 at most.",
     "`test_search_parts.py`: an axis that a vibration moves; one that moves at one frequency alone",
-)
-DISTURBED: Final = Threshold(
-    2,
-    "runs of either kind",
-    "So many disturbed runs have every second recorded effort, and so many have noise added.",
-    "The even efforts and the odd ones; as many with noise, so that neither kind decides alone.",
-    "on real axes, one run of each kind gives the same answer",
 )
 RELIABILITY: Final = Threshold(
     0.5,

@@ -55,7 +55,7 @@ def known(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("command", [("identify",), ("diagnose", "--no-stability")])
+@pytest.mark.parametrize("command", [("identify",), ("diagnose",)])
 def test_a_recording_is_read_whatever_its_axes_are_called(
     command: tuple[str, ...], joints: Path
 ) -> None:
@@ -65,7 +65,7 @@ def test_a_recording_is_read_whatever_its_axes_are_called(
     assert "joint2" in done.stdout
 
 
-@pytest.mark.parametrize("command", [("identify",), ("diagnose", "--no-stability")])
+@pytest.mark.parametrize("command", [("identify",), ("diagnose",)])
 def test_a_model_of_one_axis_is_taken_for_the_only_axis(
     command: tuple[str, ...], one: Path, known: Path
 ) -> None:
@@ -74,7 +74,7 @@ def test_a_model_of_one_axis_is_taken_for_the_only_axis(
     assert "stribeck friction: level" in done.stdout or done.exit_code == 0
 
 
-@pytest.mark.parametrize("command", [("identify",), ("diagnose", "--no-stability"), ("plan",)])
+@pytest.mark.parametrize("command", [("identify",), ("diagnose",), ("plan",)])
 def test_a_model_that_fits_no_axis_is_refused(
     command: tuple[str, ...], joints: Path, known: Path, tmp_path: Path
 ) -> None:

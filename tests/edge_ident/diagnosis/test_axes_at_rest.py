@@ -49,7 +49,7 @@ def recorded(folder: Path, seed: int, *resting: str) -> Recording:
 
 def test_each_axis_is_diagnosed_where_it_moves(tmp_path: Path) -> None:
     both, alone = recorded(tmp_path, 1), recorded(tmp_path, 2, "y")
-    found = diagnose([alone, both], stability=False)
+    found = diagnose([alone, both])
     for name, axis in found.axes.items():
         (cause,) = axis.causes
         assert cause.term.effect == "cross_axis_coupling"
@@ -63,7 +63,7 @@ def test_each_axis_is_diagnosed_where_it_moves(tmp_path: Path) -> None:
 
 def test_axes_that_move_one_at_a_time(tmp_path: Path) -> None:
     one, other = recorded(tmp_path, 3, "y"), recorded(tmp_path, 4, "x")
-    found = diagnose([one, other], stability=False)
+    found = diagnose([one, other])
     assert {name: axis.causes for name, axis in found.axes.items()} == {"x": (), "y": ()}
     assert "other_axes_not_recorded" not in {f.code for f in found.axes["x"].findings}
     with pytest.raises(DataError, match="no drive moves axis x in it"):
@@ -73,6 +73,6 @@ def test_axes_that_move_one_at_a_time(tmp_path: Path) -> None:
 def test_an_axis_that_rests_in_the_recording_for_validation_is_not_validated(
     tmp_path: Path,
 ) -> None:
-    found = diagnose([recorded(tmp_path, 5)], validate=recorded(tmp_path, 6, "y"), stability=False)
+    found = diagnose([recorded(tmp_path, 5)], validate=recorded(tmp_path, 6, "y"))
     assert set(found.validation) == {"x"}
     assert found.validation["x"].causes[0].carries_over

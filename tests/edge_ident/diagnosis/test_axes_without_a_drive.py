@@ -45,7 +45,7 @@ def carriage(seed: int, unit: str = "m") -> Recording:
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    return diagnose([carriage(0)], stability=False)
+    return diagnose([carriage(0)])
 
 
 def test_what_hangs_on_a_carriage_is_told_from_its_own_angle(found: Diagnosis) -> None:

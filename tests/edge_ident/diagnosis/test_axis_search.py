@@ -48,11 +48,6 @@ def found(search: Search, certain: FittedModel) -> AxisSearch:
     return AxisSearch(Selected(search, start, start, supported), floor, (), judged)
 
 
-def test_an_axis_is_open_while_the_criterion_could_gain(search: Search) -> None:
-    assert found(search, search.criterion.start).open
-    assert not found(search, explained(search)).open
-
-
 def test_a_point_that_is_refused_hides_no_other(search: Search) -> None:
     """A candidate counts at its best point, and one that no drive could have may be the best."""
     ripple = ripple_of(search)

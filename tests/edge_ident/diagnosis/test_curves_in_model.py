@@ -50,7 +50,7 @@ def hidden(name: str, seed: int = 1, noise_seed: int = 1) -> tuple[Recording, Te
 
 @cache
 def diagnosed(name: str) -> AxisDiagnosis:
-    return edge_ident.diagnose(hidden(name)[0], stability=False).axes["x"]
+    return edge_ident.diagnose(hidden(name)[0]).axes["x"]
 
 
 @pytest.mark.parametrize("name", SIZES)
@@ -82,7 +82,7 @@ def test_the_curve_is_the_hidden_one_beyond_the_base_model() -> None:
 
 def elsewhere(other: Recording) -> Diagnosis:
     recording, _ = hidden("friction_over_speed")
-    return edge_ident.diagnose(recording, validate=other, stability=False)
+    return edge_ident.diagnose(recording, validate=other)
 
 
 def test_a_curve_that_another_recording_shows_predicts_it() -> None:
@@ -108,6 +108,6 @@ def test_what_acts_once_is_no_curve() -> None:
     )
     axis = recording.axes["x"]
     disturbed = replace(axis, effort=axis.effort + 0.2 * pulses)
-    found = edge_ident.diagnose(replace(recording, axes={"x": disturbed}), stability=False)
+    found = edge_ident.diagnose(replace(recording, axes={"x": disturbed}))
     assert found.axes["x"].curves == ()
     assert not found.axes["x"].verdict.complete

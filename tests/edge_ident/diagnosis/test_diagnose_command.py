@@ -216,8 +216,8 @@ def test_the_rules_of_acceptance_are_options(
 ) -> None:
     stand_in = answered(hand_made.diagnosis())
     assert diagnose(file).exit_code == 0
-    asked = {name: stand_in.asked[name] for name in ("tolerance", "stability", "keep_minor")}
-    assert asked == {"tolerance": 0.01, "stability": True, "keep_minor": False}
-    diagnose(file, "--tolerance", "0.03", "--no-stability", "--keep-minor")
-    asked = {name: stand_in.asked[name] for name in ("tolerance", "stability", "keep_minor")}
-    assert asked == {"tolerance": 0.03, "stability": False, "keep_minor": True}
+    asked = {name: stand_in.asked[name] for name in ("tolerance", "keep_minor")}
+    assert asked == {"tolerance": 0.01, "keep_minor": False}
+    diagnose(file, "--tolerance", "0.03", "--keep-minor")
+    asked = {name: stand_in.asked[name] for name in ("tolerance", "keep_minor")}
+    assert asked == {"tolerance": 0.03, "keep_minor": True}

@@ -36,7 +36,7 @@ def found(*, deadband: float = 0.0, rubbing: float = 0.0) -> AxisDiagnosis:
     count = 2.0 * np.pi / 8192
     axis = AxisRecord(count * np.round(angles / count), levels, "rad", "N*m")
     recording = Recording(PERIOD_S * np.arange(samples), {"x": axis}, "disc")
-    return diagnose([recording], stability=False).axes["x"]
+    return diagnose([recording]).axes["x"]
 
 
 def test_no_deadband_explains_an_effort_by_itself() -> None:

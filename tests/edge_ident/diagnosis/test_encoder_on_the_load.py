@@ -68,7 +68,7 @@ def recorded(resonance_hz: float, seed: int) -> Recording:
 @cache
 def soft() -> AxisDiagnosis:
     """Of 10 Hz, beside another motion of the same machine."""
-    found = diagnose([recorded(10.0, 1)], validate=recorded(10.0, 2), stability=False)
+    found = diagnose([recorded(10.0, 1)], validate=recorded(10.0, 2))
     scored = found.validation["x"]
     assert scored.extended < 0.3 * scored.base
     return found.axes["x"]
@@ -108,11 +108,11 @@ def test_its_model_can_be_simulated_and_is_found_again() -> None:
     with pytest.raises(ModelError, match="does not follow"):
         record(model, scenario, "soft gains")
     again = record(model, replace(scenario, stiff=True), "stiff gains")
-    axis = diagnose([again], stability=False).axes["x"]
+    axis = diagnose([again]).axes["x"]
     assert [cause.term.effect for cause in axis.causes] == ["noncollocated_compliance"]
 
 
 def test_a_stiff_chain_is_no_cause() -> None:
-    axis = diagnose([recorded(40.0, 3)], stability=False).axes["x"]
+    axis = diagnose([recorded(40.0, 3)]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
     assert axis.causes == ()

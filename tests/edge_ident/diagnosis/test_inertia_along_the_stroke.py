@@ -50,7 +50,7 @@ def recorded(mechanism: str, seed: int) -> Recording:
 @cache
 def diagnosed(mechanism: str) -> AxisDiagnosis:
     other = recorded(mechanism, 5)
-    found = diagnose([recorded(mechanism, 4)], validate=other, stability=False)
+    found = diagnose([recorded(mechanism, 4)], validate=other)
     scored = found.validation["x"]
     assert scored.extended < 0.2 * scored.base
     return found.axes["x"]
@@ -88,6 +88,6 @@ def test_that_of_a_drum_is_that_in_the_middle_and_a_slope() -> None:
 
 def test_along_one_sinusoid_it_is_noticed_and_has_no_name() -> None:
     """A load along the stroke has the same effort there."""
-    axis = diagnose([recorded("yoke", 0)], stability=False).axes["x"]
+    axis = diagnose([recorded("yoke", 0)]).axes["x"]
     assert axis.verdict is not Verdict.ADEQUATE
     assert "position_dependent_inertia" not in [cause.term.effect for cause in axis.causes]

@@ -38,7 +38,7 @@ def joint(
     effort += VISCOUS * velocity + COULOMB * np.sign(velocity)
     effort += 0.002 * np.std(effort) * np.random.default_rng(seed).standard_normal(len(TIME_S))
     axis = AxisRecord(COUNT * np.round(position / COUNT), effort, "rad", "N*m")
-    return diagnose([Recording(TIME_S, {"j": axis}, "a test")], stability=False).axes["j"]
+    return diagnose([Recording(TIME_S, {"j": axis}, "a test")]).axes["j"]
 
 
 def named(axis: AxisDiagnosis) -> set[str]:

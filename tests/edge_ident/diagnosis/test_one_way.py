@@ -40,7 +40,7 @@ def shaken(name: str) -> Recording:
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
     recordings = [one_way("forward", 1.0), one_way("backward", -1.0), shaken("short")]
-    return diagnose(recordings, stability=False)
+    return diagnose(recordings)
 
 
 def test_an_own_offset_does_not_swallow_the_dry_friction(found: Diagnosis) -> None:

@@ -21,7 +21,7 @@ def late(recording: Recording, samples: int) -> Recording:
 @pytest.mark.parametrize("weight", a_few([0.0, 4.0], [4.0]))
 def test_the_recording_that_is_late_is_named(weight: float) -> None:
     pair = [arm(1, weight=weight), late(arm(2, weight=weight), 5)]
-    axis = diagnose(pair, stability=False).axes["x"]
+    axis = diagnose(pair).axes["x"]
     (said,) = [each for each in axis.findings if each.code == "timing_differs"]
     assert axis.verdict is Verdict.UNEXPLAINED
     assert said.message.startswith("the effort of 2.csv is 20")
@@ -29,6 +29,6 @@ def test_the_recording_that_is_late_is_named(weight: float) -> None:
 
 
 def test_recordings_that_are_late_alike_have_one_delay() -> None:
-    axis = diagnose([late(arm(k), 5) for k in (1, 2)], stability=False).axes["x"]
+    axis = diagnose([late(arm(k), 5) for k in (1, 2)]).axes["x"]
     assert "timing_differs" not in {each.code for each in axis.findings}
     assert "time_delay" in [cause.term.effect for cause in axis.causes]

@@ -26,7 +26,7 @@ def arm(seed: int, *, zero: float = 0.0, weight: float = 4.0) -> Recording:
 def test_another_zero_is_named_with_its_shift(validates: bool) -> None:
     first, other = arm(1), arm(2, zero=-0.8)
     pair = ([first], other) if validates else ([first, other], None)
-    axis = diagnose(pair[0], validate=pair[1], stability=False).axes["x"]
+    axis = diagnose(pair[0], validate=pair[1]).axes["x"]
     (said,) = [each for each in axis.findings if each.code == "zero_differs"]
     assert said.message.startswith("the position of 2.csv is -0.8 rad from that of 1.csv")
     assert said.next_step.endswith("add 0.8 rad to the position of 2.csv")
@@ -35,12 +35,12 @@ def test_another_zero_is_named_with_its_shift(validates: bool) -> None:
 
 
 def test_another_weight_is_no_other_zero() -> None:
-    axis = diagnose([arm(1)], validate=arm(2, weight=3.0), stability=False).axes["x"]
+    axis = diagnose([arm(1)], validate=arm(2, weight=3.0)).axes["x"]
     assert "zero_differs" not in {each.code for each in axis.findings}
 
 
 def test_where_nothing_depends_on_the_position_no_zero_is_another() -> None:
-    axis = diagnose([arm(1, weight=0.0)], validate=arm(2, weight=4.0), stability=False).axes["x"]
+    axis = diagnose([arm(1, weight=0.0)], validate=arm(2, weight=4.0)).axes["x"]
     assert axis.verdict is Verdict.UNEXPLAINED
     assert "zero_differs" not in {each.code for each in axis.findings}
 
@@ -48,6 +48,6 @@ def test_where_nothing_depends_on_the_position_no_zero_is_another() -> None:
 def test_of_recordings_on_one_clock_none_has_another_zero_than_the_other() -> None:
     """The first two are one record in two pieces, so the third is the one that differs."""
     pieces = [arm(1), replace(arm(3), begin_s=20.0)]
-    axis = diagnose([*pieces, arm(2, zero=-0.8)], stability=False).axes["x"]
+    axis = diagnose([*pieces, arm(2, zero=-0.8)]).axes["x"]
     (said,) = [each for each in axis.findings if each.code == "zero_differs"]
     assert said.message.startswith("the position of 2.csv is -0.8 rad from that of 1.csv")

@@ -46,7 +46,7 @@ def day(
 
 
 def diagnosed(*recordings: Recording) -> AxisDiagnosis:
-    return diagnose(recordings, stability=False).axes["x"]
+    return diagnose(recordings).axes["x"]
 
 
 def said(axis: AxisDiagnosis, code: str = "offsets_differ") -> list[str]:

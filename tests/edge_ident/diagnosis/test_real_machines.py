@@ -26,7 +26,7 @@ def ball_screw(measured_data: MeasuredData) -> Recording:
 
 @pytest.fixture(scope="module")
 def diagnosed_ball_screw(ball_screw: Recording) -> AxisDiagnosis:
-    return diagnose([ball_screw], stability=False).axes["q"]
+    return diagnose([ball_screw]).axes["q"]
 
 
 def test_the_ball_screw_has_friction_by_direction_that_bends_and_a_held_command(
@@ -82,7 +82,7 @@ def test_the_ball_screw_has_the_same_causes_with_half_the_samples_and_a_little_n
     noise = 0.05 * np.random.default_rng(3).standard_normal(len(effort))
     thinned = replace(axis, position=position, effort=effort + noise, reference=None)
     half = replace(ball_screw, time_s=ball_screw.time_s[kept], axes={"q": thinned})
-    found = [diagnosed_ball_screw, diagnose([half], stability=False).axes["q"]]
+    found = [diagnosed_ball_screw, diagnose([half]).axes["q"]]
     assert found_on(found[0]) == found_on(found[1])
     assert found[1].timing.shift_s == pytest.approx(found[0].timing.shift_s, abs=2e-4)
     exponents = [
@@ -101,7 +101,7 @@ def test_the_motor_has_cogging_of_72_periods_a_turn_and_ripple_of_12_and_18(
     """A fit by hand at 150 Hz finds 0.20 A at 72, far above the band of the effects' shapes. It
     stands first since orders are looked for at full bandwidth: 12 and 18 once did."""
     recording = load_recording(measured_data / "laas_motor_speed.csv")
-    axis = diagnose([recording], stability=False).axes["m"]
+    axis = diagnose([recording]).axes["m"]
     strong = axis.causes[:4]
     assert all(cause.term.effect == "torque_ripple" for cause in strong)
     values = [cause.term.values for cause in strong]
@@ -116,7 +116,7 @@ def test_the_arms_second_joint_bears_weight_by_both_angles_and_is_coupled(
     measured_data: MeasuredData,
 ) -> None:
     recording = load_recording(measured_data / "double_pendulum_154220.csv")
-    axes = diagnose([recording], stability=False).axes
+    axes = diagnose([recording]).axes
     axis = axes["j2"]
     assert {"position_dependent_load", "cross_axis_coupling"} <= found_on(axis)
     assert axis.extended.held_out <= 0.6 * axis.base.held_out

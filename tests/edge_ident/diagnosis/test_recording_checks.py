@@ -102,7 +102,7 @@ def test_a_speed_loop_without_a_moving_reference_is_not_taken_for_a_machine(seed
 @pytest.mark.thorough
 def test_of_two_recordings_the_loop_names_its_own_and_no_other_scale() -> None:
     held, moved = speed_loop(0.0), replace(speed_loop(0.3, seed=2), source="moved")
-    axis = diagnose([held, moved], stability=False).axes["m"]
+    axis = diagnose([held, moved]).axes["m"]
     findings = {finding.code: finding for finding in axis.findings}
     assert findings["feedback_law"].message.startswith(f"in {held.source}, a controller's law")
     assert "scale_differs" not in findings

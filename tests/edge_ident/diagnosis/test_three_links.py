@@ -60,7 +60,7 @@ def recorded(seed: int) -> Recording:
 
 @cache
 def diagnosed(name: str) -> AxisDiagnosis:
-    return diagnose([recorded(1)], stability=False, only=[name]).axes[name]
+    return diagnose([recorded(1)], only=[name]).axes[name]
 
 
 def weights(axis: AxisDiagnosis) -> dict[str | None, float]:

@@ -58,7 +58,7 @@ def recorded(gravity: float) -> Recording:
 
 @cache
 def diagnosed(gravity: float) -> Mapping[str, AxisDiagnosis]:
-    return diagnose([recorded(gravity)], stability=False).axes
+    return diagnose([recorded(gravity)]).axes
 
 
 @pytest.mark.parametrize("gravity", a_few([0.0, 9.81], [9.81]))

@@ -61,7 +61,7 @@ def recorded(gravity: float) -> Recording:
 
 @cache
 def diagnosed(gravity: float) -> Mapping[str, AxisDiagnosis]:
-    return diagnose([recorded(gravity)], stability=False).axes
+    return diagnose([recorded(gravity)]).axes
 
 
 def amplitude(values: Mapping[str, float], name: str) -> float:
@@ -102,7 +102,7 @@ def test_a_joint_that_counts_the_other_way_round_has_the_same_weight_and_inertia
     j2 = recording.axes["j2"]
     turned = replace(j2, position=-j2.position, effort=-j2.effort)
     turned_recording = replace(recording, axes={**recording.axes, "j2": turned})
-    (axis,) = diagnose([turned_recording], stability=False, only=["j2"]).axes.values()
+    (axis,) = diagnose([turned_recording], only=["j2"]).axes.values()
     assert axis.verdict is Verdict.EXPLAINED
     terms = {cause.term.effect: cause.term for cause in axis.causes}
     assert set(terms) == {"cross_axis_coupling", "position_dependent_load"}

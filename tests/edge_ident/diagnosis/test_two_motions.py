@@ -59,7 +59,7 @@ def recorded(seed: int, name: str, scale: float = 1.0, **changed: float) -> Reco
 
 
 def diagnosed(*recordings: Recording) -> AxisDiagnosis:
-    return diagnose(recordings, stability=False).axes["x"]
+    return diagnose(recordings).axes["x"]
 
 
 def codes(axis: AxisDiagnosis) -> set[str]:

@@ -126,7 +126,7 @@ def moved_and_held() -> Recording:
 
 def test_what_holds_a_creeping_axis_is_no_friction_of_its_motion() -> None:
     record = moved_and_held()
-    assert diagnose([record], stability=False).axes["x"].verdict is Verdict.ADEQUATE
+    assert diagnose([record]).axes["x"].verdict is Verdict.ADEQUATE
     found = identify(record).axes["x"]
     assert found.trusted
     assert found.estimate.parameters == pytest.approx([0.2, 0.8, 1.1, 0.1], rel=0.02)

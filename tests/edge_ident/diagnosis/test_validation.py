@@ -47,7 +47,7 @@ def session(
 def judged() -> Diagnosis:
     """A spring and a push that were there on one day only, another offset on the other."""
     first = session(1, spring=0.4, push=0.8)
-    return diagnose([first], validate=session(2, offset=-0.3), stability=False)
+    return diagnose([first], validate=session(2, offset=-0.3))
 
 
 def test_what_helps_on_the_other_recording_stays(judged: Diagnosis) -> None:
@@ -80,26 +80,26 @@ def test_the_written_model_leaves_less_than_the_base_model(judged: Diagnosis) ->
 
 
 def test_a_machine_that_is_explained_on_both_days_is_explained() -> None:
-    found = diagnose([session(3)], validate=session(4, offset=-0.3), stability=False)
+    found = diagnose([session(3)], validate=session(4, offset=-0.3))
     assert found.axes["x"].verdict is Verdict.EXPLAINED
     assert found.axes["x"].suspected == ()
-    worse = diagnose([session(3)], validate=session(4, spring=0.4), stability=False)
+    worse = diagnose([session(3)], validate=session(4, spring=0.4))
     assert worse.axes["x"].verdict is Verdict.PARTLY_EXPLAINED, "the other day had a spring"
 
 
 def test_parameters_that_noise_has_moved_leave_no_structure_of_the_other_day() -> None:
     """The first day was so noisy that its parameters are a few percent off."""
     day, noisy = session(4, ripple=0.0), session(3, ripple=0.0, noise=4.0)
-    found = diagnose([noisy], validate=day, stability=False)
+    found = diagnose([noisy], validate=day)
     left = found.validation["x"].base
     assert left > 0.015, "more than noise and the tolerance are there"
     assert found.axes["x"].verdict is Verdict.ADEQUATE
-    other = diagnose([noisy], validate=session(4, ripple=0.3), stability=False)
+    other = diagnose([noisy], validate=session(4, ripple=0.3))
     assert other.axes["x"].verdict is Verdict.UNEXPLAINED, "the other day had a ripple"
 
 
 def test_friction_of_another_day_is_seen_from_what_is_left_with_its_own() -> None:
-    found = diagnose([session(3)], validate=session(4, friction=1.05), stability=False)
+    found = diagnose([session(3)], validate=session(4, friction=1.05))
     carried = found.validation["x"]
     assert carried.extended > 0.015
     assert carried.friction_anew[1] < 0.5 * carried.extended
@@ -109,8 +109,7 @@ def test_friction_of_another_day_is_seen_from_what_is_left_with_its_own() -> Non
 def test_each_cause_says_in_which_recordings_it_shows() -> None:
     ripples = {5: 0.15, 6: 0.0, 7: 0.15}
     three = diagnose(
-        [session(seed, ripple=ripple, period_s=6e-3) for seed, ripple in ripples.items()],
-        stability=False,
+        [session(seed, ripple=ripple, period_s=6e-3) for seed, ripple in ripples.items()]
     )
     shown = {c.term.effect: c.shown_in for c in three.axes["x"].causes}
     assert shown["torque_ripple"] == ("session 5", "session 7")
@@ -119,7 +118,7 @@ def test_each_cause_says_in_which_recordings_it_shows() -> None:
 def test_a_colder_day_does_not_refute_a_warm_up() -> None:
     """Viscous friction is another every day: base and extended model leave the same there."""
     colder = session(9, cold=0.6, lasts_s=1e6)
-    found = diagnose([session(8, cold=0.6)], validate=colder, stability=False)
+    found = diagnose([session(8, cold=0.6)], validate=colder)
     assert "warm_up" in [c.term.effect for c in found.axes["x"].causes]
     carried = found.validation["x"]
     assert carried.extended <= 1.01 * carried.base
@@ -132,7 +131,7 @@ def test_a_gain_that_drifts_leaves_nothing_to_be_unsure_of() -> None:
     axis = drifted.axes["x"]
     drift = replace(axis, effort=axis.effort * (1.0 + 0.02 * drifted.time_s))
     first = replace(drifted, axes={"x": drift})
-    found = diagnose([first], validate=day, stability=False).axes["x"]
+    found = diagnose([first], validate=day).axes["x"]
     assert [c.term.effect for c in found.causes] == ["gain_drift"]
 
 
@@ -144,7 +143,7 @@ def test_another_recording_may_drift_by_itself() -> None:
         for day, rate in zip(days, (0.02, 0.03), strict=True)
         for axis in (day.axes["x"],)
     )
-    found = diagnose([first], validate=other, stability=False).axes["x"]
+    found = diagnose([first], validate=other).axes["x"]
     assert [c.term.effect for c in found.causes] == ["gain_drift"]
     assert found.verdict is Verdict.EXPLAINED
 

@@ -128,7 +128,7 @@ def test_every_command_takes_the_same_options(exported: Path, tmp_path: Path) ->
                "--period", "0.0025"]  # fmt: skip
     made = tmp_path / "made.csv"
     assert run("import", exported, *options, "-o", made, "--json")[0] == 0
-    for command in (["identify"], ["gains"], ["diagnose", "--no-stability"], ["compare", "--method",
+    for command in (["identify"], ["gains"], ["diagnose"], ["compare", "--method",
                     "least_squares"]):  # fmt: skip
         code, document, messages = run(*command, exported, *options, "--json")
         assert code in (0, 1), messages

@@ -1,7 +1,6 @@
 """When the base model is enough, what is the answer where it is not, and who is asked."""
 
 from dataclasses import replace
-from itertools import groupby
 
 import numpy as np
 import pytest
@@ -89,8 +88,7 @@ def test_what_the_base_model_lacks_is_found_and_the_answer_is_right() -> None:
     seen: list[str] = []
     axis = identified(made, on_progress=lambda stage, done, of: seen.append(stage))
     assert not axis.adequacy.adequate
-    first_stages = [stage for stage, _ in groupby(seen)][:3]
-    assert first_stages == ["diagnosis", "stability, axis x", "diagnosis"]
+    assert seen[0] == "diagnosis"
     assert axis.source is ParameterSource.EXTENDED_MODEL
     assert axis.trusted
     assert worst(axis) < 0.02

@@ -81,7 +81,7 @@ def test_a_shift_that_nothing_told_is_looked_for_where_the_first_is_adequate(ear
 def test_beside_a_spring_short_moves_show_their_shift() -> None:
     """In the other recording as well. At a wrong one, viscous friction is zero."""
     first, second = (short_moves(seed, spring=400.0) for seed in (1, 3))
-    diagnosis = diagnose([first], validate=second, stability=False)
+    diagnosis = diagnose([first], validate=second)
     found = diagnosis.axes["x"]
     assert [cause.term.effect for cause in found.causes] == ["position_dependent_load"]
     assert found.verdict is Verdict.EXPLAINED

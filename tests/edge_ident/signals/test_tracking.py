@@ -95,7 +95,7 @@ def test_without_a_reference_that_moves_nothing_is_said() -> None:
 
 
 def test_a_diagnosis_that_fits_does_not_say_that_nothing_is_wrong() -> None:
-    found = edge_ident.diagnose(recording(behind_play(MOTOR, 2.4e-3)), stability=False)
+    found = edge_ident.diagnose(recording(behind_play(MOTOR, 2.4e-3)))
     assert found.axes["x"].verdict.value == "adequate"
     (finding,) = (f for f in found.axes["x"].findings if f.code == "off_reference")
     card = diagnosis_card("x", "x", found)

@@ -61,26 +61,6 @@ def test_a_library_scores_as_least_squares_do(data: AxisData, base: FittedModel)
         assert scored.term.linear["cosine"] == pytest.approx(0.05, rel=0.05)
 
 
-def test_a_descent_starts_from_each_part_of_the_range(data: AxisData, base: FittedModel) -> None:
-    """The best point of each half of the gaps; of what no descent refines, the best of all."""
-    ripple = ripple_of(data)
-    play = next(c for c in candidates(data, rotary=True) if c.effect == "backlash")
-    gaps = np.repeat([1e-3, 3e-3, 1e-2, 3e-2], 2)
-    rest = {"damping_rate": 0.5, "weight": 0.0, "contact_rate": 60.0}
-    points = {
-        play: {"gap": gaps, "deceleration": np.tile([0.3, 2.0], 4)}
-        | {name: np.full(8, value) for name, value in rest.items()},
-        ripple: {"period": PERIODS},
-    }
-    rows = {c: regressors(data, base.axis, c, points[c])[..., data.valid] for c in points}
-    subspace, library = ResidualSubspace.of(data, base), Library.of(points, rows)
-    one, all_parts = (subspace.score_library(library, points, frozenset(), n) for n in (1, 2))
-    assert [scored.candidate for scored in one] == [play, ripple]
-    assert [scored.candidate for scored in all_parts] == [play, play, ripple]
-    assert [scored.term.nonlinear["gap"] > 5e-3 for scored in all_parts[:2]] == [False, True]
-    assert min(scored.error for scored in all_parts[:2]) == one[0].error
-
-
 def test_more_points_join_those_of_the_library(data: AxisData, base: FittedModel) -> None:
     ripple = ripple_of(data)
     parts = [{"period": PERIODS[:2]}, {"period": PERIODS[2:]}]

@@ -120,7 +120,7 @@ def on_a_chain(rate_hz: float, load: float) -> Recording:
 def test_the_chain_of_a_sound_drive_is_no_cause(rate_hz: float, load: float, causes: int) -> None:
     """A load that swings at 30 Hz is on a chain as stiff as any; one at 6 Hz is not, and one that
     takes 3 % of the effort is no small matter."""
-    found = diagnose([on_a_chain(rate_hz, load)], stability=False).axes["x"]
+    found = diagnose([on_a_chain(rate_hz, load)]).axes["x"]
     assert len(found.causes) == causes
     if not causes:
         assert found.verdict is not Verdict.UNEXPLAINED
@@ -140,7 +140,7 @@ def test_what_a_sound_chain_does_while_friction_may_hold_the_table_is_no_fault(
         return np.ones(len(segment.motion.position), dtype=bool)
 
     monkeypatch.setattr(assessment, "may_be_held", held)
-    found = diagnose([on_a_chain(20.0, 0.25)], stability=False).axes["x"]
+    found = diagnose([on_a_chain(20.0, 0.25)]).axes["x"]
     assert (found.verdict, [cause.term.effect for cause in found.minor]) == (
         Verdict.ADEQUATE,
         ["coupling_compliance"],
@@ -178,7 +178,7 @@ def test_hysteresis_that_hides_the_inertia_is_not_called_that_of_a_sound_chain()
     base = Term(BASE, dict(zip(PARAMETERS, (0.2, 0.5, 1.2, 0.3), strict=True)))
     bristles = Term("presliding_hysteresis", {"level": 0.8, "distance": 0.09})
     effort = inverse_effort(AxisModel((base, bristles)), Motion.known(t, x, v, a))
-    found = diagnose([recorded(t, x, effort, noise=0.005)], stability=False).axes["x"]
+    found = diagnose([recorded(t, x, effort, noise=0.005)]).axes["x"]
     assert found.base.estimate.parameters[0] < 0.02
     assert [cause.term.effect for cause in found.causes] == ["presliding_hysteresis"]
 

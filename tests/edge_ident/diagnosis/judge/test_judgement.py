@@ -114,15 +114,15 @@ def test_a_cause_at_the_end_of_what_is_possible_is_doubtful(lost: float, doubtfu
 def test_a_cause_below_the_tolerance_is_minor_and_no_accusation() -> None:
     _, _, v, a = MOTION
     effort = rigid(v, a) + 0.02 * RIPPLE
-    axis = found(effort, noise=0.005, stability=False)
+    axis = found(effort, noise=0.005)
     assert axis.verdict is Verdict.ADEQUATE
     assert axis.causes == axis.suspected == ()
     assert effects(axis.minor) == ["torque_ripple"]
     assert [term.effect for term in axis.model.terms] == [BASE]
-    kept = found(effort, noise=0.005, stability=False, keep_minor=True)
+    kept = found(effort, noise=0.005, keep_minor=True)
     assert [term.effect for term in kept.model.terms] == [BASE, "torque_ripple"]
     assert effects(kept.minor) == ["torque_ripple"]
-    named = found(effort, noise=0.005, stability=False, tolerance=0.002)
+    named = found(effort, noise=0.005, tolerance=0.002)
     assert effects(named.causes) == ["torque_ripple"]
     assert named.verdict is Verdict.EXPLAINED
 
@@ -135,18 +135,7 @@ def test_a_cause_that_is_smaller_than_what_is_left_is_suspected() -> None:
     assert axis.verdict is Verdict.UNEXPLAINED
     assert "torque_ripple" not in effects(axis.causes)
     for cause in axis.suspected:
-        assert "left unexplained" in cause.decision or "of 5 runs" in cause.decision
-
-
-@pytest.mark.parametrize(("unknown", "named"), [(0.035, True), (0.046, False)])
-def test_a_cause_that_leaves_two_fifths_is_suspected(unknown: float, named: bool) -> None:
-    """Whatever the unknown disturbance is, one of all effects explains half of it."""
-    t, _, v, a = MOTION
-    wander = sum(np.sin(w * t + w**2) for w in np.linspace(2.0, 9.0, 23)) / np.sqrt(23.0 / 2.0)
-    axis = found(rigid(v, a) + 0.1 * RIPPLE + unknown * wander)
-    assert axis.verdict is Verdict.UNEXPLAINED
-    assert effects(axis.causes if named else axis.suspected) == ["torque_ripple"]
-    assert named or "explain 60% of what the base model leaves" in axis.suspected[0].decision
+        assert "left unexplained" in cause.decision
 
 
 def test_a_supported_cause_says_why() -> None:
@@ -154,10 +143,8 @@ def test_a_supported_cause_says_why() -> None:
     axis = found(rigid(v, a) + 0.1 * RIPPLE)
     (cause,) = axis.causes
     assert axis.verdict is Verdict.EXPLAINED
-    assert "5 of 5 runs" in cause.decision
     share = float(np.sqrt(np.mean((0.1 * RIPPLE) ** 2) / np.mean(axis.traces.effort**2)))
     assert cause.share == pytest.approx(share, rel=0.1)
-    assert "of 5 runs" not in found(rigid(v, a) + 0.1 * RIPPLE, stability=False).causes[0].decision
 
 
 def test_a_rest_of_a_fifth_of_the_effort_is_unexplained_however_rough_the_formulas_are(

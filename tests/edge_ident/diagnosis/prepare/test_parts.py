@@ -78,7 +78,7 @@ def test_no_part_lies_in_a_rest_or_in_a_gap(rest_s: tuple[float, float], gap: bo
     if gap:
         known = without(known, *rest_s)
     assert len(in_parts([known], "x")[0]) == 3
-    axis = diagnose([known], stability=False).axes["x"]
+    axis = diagnose([known]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
     far = axis.base.estimate.parameters - np.array(list(TRUTH.values()))
     assert np.all(np.abs(far) < 4.0 * axis.base.estimate.std)
@@ -96,10 +96,10 @@ def without(known: Recording, begin_s: float, end_s: float) -> Recording:
 def test_another_recording_is_taken_in_parts_too() -> None:
     """A validation recording, and one of several of different lengths."""
     other = recording(200.0, seed=5)
-    found = diagnose([recording(40.0)], validate=other, stability=False).axes["x"]
+    found = diagnose([recording(40.0)], validate=other).axes["x"]
     assert found.verdict is Verdict.ADEQUATE
     assert [finding.code for finding in found.findings] == ["in_parts"]
-    both = diagnose([recording(40.0), other], stability=False).axes["x"]
+    both = diagnose([recording(40.0), other]).axes["x"]
     assert both.verdict is Verdict.ADEQUATE
     assert "in_parts" in [finding.code for finding in both.findings]
 
@@ -109,7 +109,7 @@ def test_a_long_recording_of_a_sound_drive_is_adequate_and_its_parameters_are_ri
     seed: int,
 ) -> None:
     """A band of 3 Hz hid what reverses faster, and called it a play."""
-    axis = diagnose([recording(200.0, seed=seed)], stability=False).axes["x"]
+    axis = diagnose([recording(200.0, seed=seed)]).axes["x"]
     assert axis.verdict is Verdict.ADEQUATE
     found = axis.base.estimate
     truth = np.array(list(TRUTH.values()))
@@ -118,7 +118,7 @@ def test_a_long_recording_of_a_sound_drive_is_adequate_and_its_parameters_are_ri
 
 
 def test_what_changes_in_the_course_of_time_shows_in_the_parts() -> None:
-    axis = diagnose([recording(200.0, warm_up=0.5)], stability=False).axes["x"]
+    axis = diagnose([recording(200.0, warm_up=0.5)]).axes["x"]
     assert [cause.term.effect for cause in axis.causes] == ["warm_up"]
     (cause,) = axis.causes
     assert float(cause.term.values["time_constant"]) == pytest.approx(60.0, rel=0.15)

@@ -26,7 +26,7 @@ PLACES = [(0.4, 1), (-0.6, 1), (0.4, 2), (-0.6, 2)]
 def diagnosed(added: Array, seed: int) -> AxisDiagnosis:
     t, x, v, a = swing(seconds=25.0, period_s=COARSE_S)
     record = recorded(t, x, rigid(v, a) + added, noise=0.02, seed=seed)
-    return diagnose([record], stability=False).axes["x"]
+    return diagnose([record]).axes["x"]
 
 
 def at_place(place: float, half_width: float) -> Array:
@@ -86,7 +86,7 @@ def test_along_one_sinusoid_friction_over_the_speed_is_none_over_the_position(se
     x, v, a = 2.0 * np.sin(t), 2.0 * np.cos(t), -2.0 * np.sin(t)
     record = recorded(t, x, rigid(v, a) + 0.1 * v * np.abs(v), noise=0.02, seed=seed)
     assert not prepare_axis([record], "x").several_speeds
-    (cause,) = diagnose([record], stability=False).axes["x"].causes
+    (cause,) = diagnose([record]).axes["x"].causes
     assert cause.term.effect == "nonlinear_viscous"
 
 
@@ -98,7 +98,7 @@ def test_a_spring_that_hardens_is_no_inertia_along_one_sinusoid() -> None:
     v = np.gradient(x, t)
     spring = (2.0 + 3.0 * np.square(x)) * x
     record = recorded(t, x, rigid(v, np.gradient(v, t)) + spring, noise=0.05)
-    axis = diagnose([record], stability=False).axes["x"]
+    axis = diagnose([record]).axes["x"]
     assert axis.verdict is Verdict.EXPLAINED
     (cause,) = axis.causes
     assert cause.term.effect == "position_dependent_load"

@@ -52,7 +52,7 @@ def recorded(
 
 def diagnosed(record: Recording) -> AxisDiagnosis:
     """Without the repetitions beside noise, which are for whether a cause is reliable."""
-    return diagnose([record], stability=False).axes["x"]
+    return diagnose([record]).axes["x"]
 
 
 def rigid(v: Array, a: Array) -> Array:
@@ -247,7 +247,7 @@ def test_of_several_recordings_each_has_vibrations_of_its_own(
         wave = size * np.sin(2.0 * np.pi * frequency_hz * t + number)
         made = recorded(t, x, rigid(v, a) + wave, noise=0.02, seed=number)
         recordings.append(replace(made, source=f"{number}.csv", begin_s=number * begins_s))
-    axis = diagnose(recordings, stability=False).axes["x"]
+    axis = diagnose(recordings).axes["x"]
     assert axis.verdict is Verdict.UNEXPLAINED
     assert axis.causes == ()
     found = sorted(axis.external_vibrations, key=lambda one: one.recording)
@@ -270,7 +270,7 @@ def test_what_happens_once_happens_in_one_recording(number: int, begins_s: float
         push = np.where((t > 7.0) & (t < 7.6), np.sin(np.pi * (t - 7.0) / 0.6) ** 2, 0.0)
         made = recorded(t, x, rigid(v, a) + 0.6 * (k == number) * push, noise=0.02, seed=k)
         recordings.append(replace(made, source=f"{k}.csv", begin_s=k * begins_s))
-    axis = diagnose(recordings, stability=False).axes["x"]
+    axis = diagnose(recordings).axes["x"]
     (cause,) = axis.causes
     assert axis.verdict is Verdict.EXPLAINED
     assert cause.term.effect == "disturbance_event"
@@ -368,7 +368,7 @@ def test_several_recordings_are_fitted_together_and_another_validates() -> None:
         t, x, v, a = swing(seed=seed, period_s=COARSE_S)
         return recorded(t, x, rigid(v, a) + 0.25 * abs(v), noise=0.05, seed=seed)
 
-    found = diagnose([session(4), session(5)], validate=session(6), stability=False)
+    found = diagnose([session(4), session(5)], validate=session(6))
     assert [c.term.effect for c in found.axes["x"].causes] == ["asymmetric_friction"]
     assert found.validation["x"].extended < 0.5 * found.validation["x"].base
 
