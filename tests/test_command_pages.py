@@ -46,7 +46,7 @@ def test_a_choice_a_default_and_a_variable_stand_in_a_row() -> None:
     row = "| `--format html\\|markdown` * | {} Default: `html`. |"
     meaning = "Format of the page in the folder: one HTML file, or Markdown with pictures."
     assert row.format(meaning) in section("diagnose")
-    assert "| `--stability`, `--no-stability` |" in section("diagnose")
+    assert "| `--int8`, `--no-int8` |" in section("export")
     assert "```\nedge-ident identify recording.csv --column" in section("identify")
 
 

@@ -283,6 +283,9 @@ class SearchSpec:
         Parameters without which it is another effect, so that the data have to determine them.
     needs_reversals : bool
         Whether the effect shows only where the motion turns.
+    curve : (str, str) or None
+        What a curve is of, and over which quantity, that says no more than the effect's name: where
+        such a curve describes the effort better than the formula, it is this effect all the same.
     repeats : bool
         Whether a drive may have several terms of it at once.
     shares_friction : bool
@@ -313,6 +316,7 @@ class SearchSpec:
     between_recordings: tuple[str, ...] = ()
     essential: tuple[str, ...] = ()
     needs_reversals: bool = False
+    curve: tuple[str, str] | None = None
     repeats: bool = False
     shares_friction: bool = False
     sound: Callable[[Values, Excitation], bool] = _never

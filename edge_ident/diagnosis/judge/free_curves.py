@@ -4,7 +4,8 @@ Laws that add up imitate almost anything: a few waves any course along the strok
 friction any curve over the speed. So each curve of the error budget takes the place of the laws
 that it imitates. It has as many parameters as the data set of its coefficients (effective degrees
 of freedom: Wood, Generalized Additive Models (2017), 6.1), and they are charged like those of a
-law. Where the curve is decisively better then, the laws are only suspected.
+law. Where the curve is decisively better then, the laws are only suspected, unless their name says
+no more than the curve does: friction along the stroke is that in any shape.
 """
 
 import math
@@ -20,6 +21,7 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, term_effort
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.select.acceptance import separable
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
 
 Array = NDArray[np.float64]
 
@@ -48,7 +50,10 @@ def curves_instead(search: Search, model: FittedModel, floor: NoiseFloor) -> dic
     doubts: dict[int, str] = {}
     for number, curve in enumerate(base.curves):
         laws = [k for k in own if imitated(products, efforts[k], number) > ALIKE]
-        if laws and separable(_gain(search, model, laws, number, floor)):
+        said = {named(model.terms[k].candidate.effect).search.curve for k in laws}
+        if said - {(curve.kind.what, curve.kind.over_what)} and separable(
+            _gain(search, model, laws, number, floor)
+        ):
             doubts |= dict.fromkeys(laws, _reason(curve))
     return doubts
 

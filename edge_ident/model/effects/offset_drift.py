@@ -85,6 +85,7 @@ EFFECT: Final = OffsetDrift(
         signature="the mean effort moves with time, whatever the motion",
         alternatives=("position_dependent_load", "gain_drift", "payload_change"),
         experiment="the same motion several times over",
+        curve=("load", "time"),
         grid=_grid,
         discrepancy=0.1,
         open_ended=("time_constant",),

@@ -91,6 +91,7 @@ EFFECT: Final = PositionDependentFriction(
         signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),
         experiment="the whole stroke both ways at several speeds: --motion staircase",
+        curve=("friction", "position"),
         grid=_grid,
         discrepancy=0.05,
         repeats=True,

@@ -104,6 +104,7 @@ EFFECT: Final = PositionDependentInertia(
         signature="along the stroke, grows with the acceleration and with the speed squared",
         alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),
         experiment="the whole stroke at several accelerations: --motion multisine",
+        curve=("inertia", "position"),
         grid=_grid,
         physical=_physical,
         discrepancy=0.05,

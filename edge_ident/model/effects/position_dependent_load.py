@@ -135,6 +135,7 @@ EFFECT: Final = PositionDependentLoad(
             "cross_axis_coupling",
         ),
         experiment="the whole stroke at several accelerations: --motion multisine",
+        curve=("load", "position"),
         grid=_grid,
         physical=_physical,
         essential=("period",),

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from edge_ident.diagnosis.judge.stability import decide_halves
+from edge_ident.diagnosis.judge.halves import decide_halves
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate

@@ -75,7 +75,7 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
     assert [s.decision.accepted for s in supported.support] == [True, False]
     for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
         judged = judge(
-            search, start, replace(supported, converged=converged), floor, Rules(stability=False)
+            search, start, replace(supported, converged=converged), floor, Rules()
         )
         assert [t.candidate.effect for t in judged.supported.model.terms] == names
     assert {cause.term.effect for cause in judged.suspected} == model.effects
@@ -88,7 +88,7 @@ def test_what_would_leave_in_one_more_round_is_only_suspected(
     monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
     search, supported = superfluous[0], eliminate_backward(*superfluous)
     start, floor = search.criterion.start, noise_floor(search.data, search.criterion.start)
-    judged = judge(search, start, supported, floor, Rules(stability=False))
+    judged = judge(search, start, supported, floor, Rules())
     assert judged.supported.model.terms == ()
     (doubtful,) = judged.suspected
     assert "more than 0 to stay" in doubtful.decision
