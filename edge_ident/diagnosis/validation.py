@@ -22,8 +22,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import missed
-from edge_ident.diagnosis.budget.agreement import agreeing_curves
+from edge_ident.diagnosis.budget.agreement import curves_beside, fitted_beside
 from edge_ident.diagnosis.elsewhere import (
     fitted_anew,
     leaves_structure,
@@ -46,7 +45,6 @@ from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.second_looks import in_step_beside
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import left_by_terms
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -333,14 +331,9 @@ def with_curves(
     floor : NoiseFloor
     """
     model = judged.supported.model
-    found = [
-        replace(curve, term=replace(curve.term, supported=data.supported))
-        for curve in agreeing_curves(missed(data, model, floor, model.axis.units, {}))
-    ]
+    found = curves_beside(data, model, floor)
     if other is not None:
         found = _holding(data, other, model, found)
-    while found and not _fits(model, fitted_beside(data, model, found)):
-        found = found[:-1]
     if not found:
         return judged, ()
     extended = fitted_beside(data, model, found)
@@ -349,25 +342,12 @@ def with_curves(
         left = rms(residual_elsewhere(other, extended, fitted_anew(extended)))
         scale = nonzero_rms(other.effort[other.valid])
         judged = replace(judged, validation=replace(judged.validation, extended=left / scale))
-    return judged, tuple(found)
-
-
-def _fits(model: FittedModel, extended: FittedModel) -> bool:
-    """Whether curves leave a physical axis, and its bounds do not undo what they gain."""
-    return left_by_terms(extended.axis).physical and extended.error < model.error
-
-
-def fitted_beside(
-    data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
-) -> FittedModel:
-    """The model fitted beside curves."""
-    terms = (*model.template.terms, *(curve.term for curve in curves))
-    return fit(data, replace(model.template, terms=terms), model.base, model.terms)
+    return judged, found
 
 
 def _holding(
     data: AxisData, other: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
-) -> list[AgreeingCurve]:
+) -> tuple[AgreeingCurve, ...]:
     """Curves without which the model certainly leaves more of another recording."""
 
     def left(some: Sequence[AgreeingCurve]) -> Array:
@@ -377,4 +357,4 @@ def _holding(
     block, with_all = other.block[other.valid], left(curves)
     without = (left([one for one in curves if one is not curve]) for curve in curves)
     gains = (gain_of(block, residual, with_all) for residual in without)
-    return [curve for curve, gain in zip(curves, gains, strict=True) if gain.certain]
+    return tuple(curve for curve, gain in zip(curves, gains, strict=True) if gain.certain)

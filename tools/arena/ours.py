@@ -6,14 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import missed
-from edge_ident.diagnosis.budget.agreement import agreeing_curves
+from edge_ident.diagnosis.budget.agreement import curves_beside, fitted_beside
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.summary import timing
 from edge_ident.diagnosis.prepare.preparation import as_diagnosed, prepare_axis
 from edge_ident.diagnosis.select.selection import fitted_base
-from edge_ident.diagnosis.validation import fitted_beside
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import AxisModel, Estimate, base_axis
 from edge_ident.model.motion import Motion
@@ -61,7 +59,7 @@ def curves(half: Half) -> Model:
     axis = half.recording.axes[half.axis]
     template = base_axis(Estimate(np.zeros(4), np.zeros(4)), *axis.units)
     base = fitted_base(data, template)
-    found = agreeing_curves(missed(data, base, noise_floor(data, base), axis.units, {}))
+    found = curves_beside(data, base, noise_floor(data, base))
     model = fitted_beside(data, base, found)
     return _extended(model.axis, timing(data, model).shift_s)
 

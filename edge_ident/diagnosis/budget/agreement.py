@@ -12,10 +12,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import Missed, fitted_curves
+from edge_ident.diagnosis.budget.account import Missed, fitted_curves, missed
 from edge_ident.diagnosis.budget.curves import Curve
 from edge_ident.diagnosis.budget.smoothing import Products, fitted
 from edge_ident.diagnosis.error_budget import AgreeingCurve
+from edge_ident.diagnosis.fit.fitting import FittedModel, fit
+from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
+from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.model.inverse import left_by_terms
+from edge_ident.model.model import AxisModel
 
 Array = NDArray[np.float64]
 
@@ -24,16 +29,59 @@ _TESTED: Final = 2
 """Parts that have to go where the others went: with one, nothing says that they agree."""
 
 
-def agreeing_curves(missed: Missed) -> tuple[AgreeingCurve, ...]:
+def curves_beside(
+    data: AxisData, model: FittedModel, floor: NoiseFloor
+) -> tuple[AgreeingCurve, ...]:
+    """Curves of what a model misses of prepared recordings that hold in every part of them, and
+    leave a physical axis; found once.
+
+    Parameters
+    ----------
+    data : AxisData
+    model : FittedModel
+        Fitted to the data.
+    floor : NoiseFloor
+    """
+    key = (curves_beside, model.key)
+    if key not in data.results:
+        found = [
+            replace(curve, term=replace(curve.term, supported=data.supported))
+            for curve in agreeing_curves(missed(data, model, floor, model.axis.units, {}))
+        ]
+        while found and not _fits(model, fitted_beside(data, model, found)):
+            found = found[:-1]
+        data.results[key] = tuple(found)
+    kept: tuple[AgreeingCurve, ...] = data.results[key]
+    return kept
+
+
+def fitted_beside(
+    data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
+) -> FittedModel:
+    """The model fitted beside curves."""
+    return fit(data, with_curves_known(model.template, curves), model.base, model.terms)
+
+
+def with_curves_known(template: AxisModel, curves: Sequence[AgreeingCurve]) -> AxisModel:
+    """An axis that is known to have curves as well."""
+    return replace(template, terms=(*template.terms, *(curve.term for curve in curves)))
+
+
+def _fits(model: FittedModel, extended: FittedModel) -> bool:
+    """Whether curves leave a physical axis, and its bounds do not undo what they gain."""
+    return left_by_terms(extended.axis).physical and extended.error < model.error
+
+
+def agreeing_curves(what: Missed) -> tuple[AgreeingCurve, ...]:
     """Curves of what a model misses that hold in every part of its recordings, the largest first.
 
     Parameters
     ----------
-    missed : Missed
+    what : Missed
         By the model to which the curves are added.
     """
-    found = fitted_curves(missed)
-    ways = [_in_time(missed.block, parts) for parts in _PARTS]
+    found = fitted_curves(what)
+    ways = [_in_time(what.block, parts) for parts in _PARTS]
     parts = _Parts(found.curves, found.model.products.held_out_by(ways))
     chosen = [k for k in found.model.curves if found.curves[k].kind.effect]
     while chosen and (worst := parts.worst(chosen)) is not None:

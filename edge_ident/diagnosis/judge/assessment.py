@@ -6,6 +6,7 @@ from typing import Self
 
 import numpy as np
 
+from edge_ident.diagnosis.budget.agreement import curves_beside, with_curves_known
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.linear import orthonormal
@@ -64,6 +65,17 @@ class Assessment:
         scale = nonzero_rms(search.data.effort[search.data.valid])
         space = base_space(search.data, start)
         return cls(search, start, model, space, floor, scale, tolerance * scale)
+
+    def beside_curves(self, model: FittedModel) -> Self:
+        """The same, with what a model leaves that curves describe in every part of the recordings:
+        what is left unexplained is less than without."""
+        if not self.structure(model):
+            return self
+        curves = curves_beside(self.search.data, model, self.floor)
+        template = with_curves_known(self.search.template, curves)
+        search = replace(self.search, template=template)
+        whole = search.fit(self.model.base, self.model.terms)
+        return replace(self, search=search, model=whole, cache={}) if curves else self
 
     def fitted(self, kept: Sequence[int]) -> FittedModel:
         """The model with a part of its terms, fitted again with their nonlinear parameters.

@@ -65,9 +65,8 @@ class Judgement:
     suspected, minor : tuple of Cause
         Strongest first.
     rest : float
-        Rms of what the supported model leaves beyond noise, over that of the effort.
-    certain : FittedModel
-        With all that no doubt is about, the minor included.
+        Rms of what the supported model and the curves beside it leave beyond noise, over that of
+        the effort.
     """
 
     verdict: Verdict
@@ -75,7 +74,6 @@ class Judgement:
     suspected: tuple[Cause, ...]
     minor: tuple[Cause, ...]
     rest: float
-    certain: FittedModel
 
 
 def judge(
@@ -101,19 +99,21 @@ def judge(
     """
     doubts = {} if selected.converged else dict.fromkeys(range(len(selected.support)), _UNSETTLED)
     doubts |= _refused(s.decision for s in selected.support)
+    doubts |= curves_instead(search, selected.model, floor)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
+    beside = assessed.beside_curves(assessed.fitted(kept))
     before = None
     while kept != before:  # beside the others more is left unexplained then
         before = kept
-        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law, _a_curve):
-            doubts |= (doubtful := doubt(assessed, kept))
+        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law):
+            doubts |= (doubtful := doubt(beside, kept))
             kept = [k for k in kept if k not in doubtful]
     reason = blocked or (assessed.against_all(kept) if kept else None)
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []
-    judged = _judgement(assessed, selected, _sort(assessed, kept, doubts), rules)
+    judged = _judgement(assessed, beside, selected, _sort(assessed, kept, doubts), rules)
     # a recording that contradicts itself is understood by no model, however well one fits
     return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
@@ -195,12 +195,6 @@ def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return assessed.doubtful_sizes(kept) | assessed.phases(kept) | doubts
 
 
-def _a_curve(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against laws in whose place a curve of no assumed law is better."""
-    found = curves_instead(assessed.search, assessed.fitted(kept), assessed.floor)
-    return {kept[place]: reason for place, reason in found.items()}
-
-
 def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _Sorted:
     """Sort what is certain into what is named, what is minor, and what a sound drive has as well.
 
@@ -230,6 +224,7 @@ def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _
 
 def _judgement(
     assessed: Assessment,
+    beside: Assessment,
     selected: SupportedModel,
     found: _Sorted,
     rules: Rules,
@@ -242,14 +237,13 @@ def _judgement(
     staying = sorted({*found.sound, *(found.minor if rules.keep_minor else ())})
     left_out = [k for k in found.minor if own[k] and k not in staying]
     minor = [replace(every[k], decision=_minor_reason(assessed, k)) for k in left_out]
-    supported = _supported(assessed, selected, found.named, staying)
+    supported = _supported(assessed, beside, selected, found.named, staying)
     return Judgement(
         verdict=_verdict(assessed, found),
         supported=replace(supported, refused=(*selected.refused, *vibrations)),
         suspected=strongest_first(doubtful),
         minor=strongest_first(minor),
-        rest=assessed.rest(supported.model),
-        certain=assessed.fitted(sorted({*found.named, *found.minor, *found.sound})),
+        rest=beside.rest(beside.fitted(sorted([*found.named, *staying]))),
     )
 
 
@@ -262,6 +256,7 @@ def _minor_reason(assessed: Assessment, place: int) -> str:
 
 def _supported(
     assessed: Assessment,
+    beside: Assessment,
     selected: SupportedModel,
     named: Sequence[int],
     minor: Sequence[int],
@@ -271,9 +266,10 @@ def _supported(
     model = assessed.fitted(places)
     _, _, gains = evidence_for_terms(assessed.search, model)
     support = []
-    for place, gain, beside in zip(places, gains, _beside_rest(assessed, model), strict=True):
+    larger = _beside_rest(beside, beside.fitted(places))
+    for place, gain, decided in zip(places, gains, larger, strict=True):
         before = selected.support[place]
-        reasons = [before.decision.reason, beside.reason]
+        reasons = [before.decision.reason, decided.reason]
         reasons += [_minor_reason(assessed, place)] if place in minor else []
         decision = replace(before.decision, reason="; ".join(reasons))
         support.append(SupportedTerm(gain, decision, before.comparison, place in minor))

@@ -43,7 +43,7 @@ def found(search: Search, certain: FittedModel) -> AxisSearch:
     """An axis that is adequate beside a generous tolerance, and all that is certain about it."""
     start = search.criterion.start
     supported = SupportedModel(start, (), (), converged=True)
-    judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0, certain)
+    judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0)
     floor = noise_floor(search.data, start)
     return AxisSearch(Selected(search, start, start, supported), floor, (), judged)
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from edge_ident.diagnosis.judge.halves import decide_halves
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.fit.summary import base_space
+from edge_ident.diagnosis.judge.halves import decide_halves
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import Decision
 from edge_ident.diagnosis.select.thresholds import SAME_SIZE

@@ -74,9 +74,7 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
     supported = eliminate_backward(search, model)
     assert [s.decision.accepted for s in supported.support] == [True, False]
     for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
-        judged = judge(
-            search, start, replace(supported, converged=converged), floor, Rules()
-        )
+        judged = judge(search, start, replace(supported, converged=converged), floor, Rules())
         assert [t.candidate.effect for t in judged.supported.model.terms] == names
     assert {cause.term.effect for cause in judged.suspected} == model.effects
     assert judged.verdict is Verdict.UNEXPLAINED
