@@ -41,9 +41,7 @@ Tolerance = Annotated[
 ]
 Stability = Annotated[
     bool,
-    typer.Option(
-        hidden=True, help="Deprecated, and without effect: no search is repeated any more."
-    ),
+    typer.Option(help="Deprecated, and without effect: no search is repeated any more."),
 ]
 KeepMinor = Annotated[
     bool,

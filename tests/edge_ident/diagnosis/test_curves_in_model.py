@@ -21,7 +21,8 @@ from edge_ident.signals.recording import Recording
 Array = NDArray[np.float64]
 
 KNOTS = 7
-SIZES = {"friction_over_speed": 0.35, "inertia_over_position": 0.1}
+SIZES = {"friction_over_speed": 0.35, "inertia_over_position": 0.1, "load_over_position": 0.3}
+NO_LAW_FITS = ("friction_over_speed", "inertia_over_position")
 
 
 def zigzag(seed: int, size: float) -> Array:
@@ -53,7 +54,7 @@ def diagnosed(name: str) -> AxisDiagnosis:
     return edge_ident.diagnose(hidden(name)[0]).axes["x"]
 
 
-@pytest.mark.parametrize("name", SIZES)
+@pytest.mark.parametrize("name", NO_LAW_FITS)
 def test_a_curve_without_a_law_is_in_the_model_with_its_size(name: str) -> None:
     found = diagnosed(name)
     assert (found.verdict, found.causes) == (Verdict.PARTLY_EXPLAINED, ())
@@ -61,6 +62,16 @@ def test_a_curve_without_a_law_is_in_the_model_with_its_size(name: str) -> None:
     assert found.explained_share > 0.75
     assert found.extended.fitted < 0.25 * found.base.fitted
     assert found.model.parameters[0] == pytest.approx(0.42957, rel=0.02)
+
+
+@pytest.mark.parametrize(("name", "seed"), [("friction_over_speed", 2), ("load_over_position", 1)])
+def test_laws_that_add_up_to_a_curve_are_not_named(name: str, seed: int) -> None:
+    """Two laws of friction, or three waves, leave little of these."""
+    found = edge_ident.diagnose(hidden(name, seed)[0]).axes["x"]
+    assert (found.verdict, found.causes) == (Verdict.PARTLY_EXPLAINED, ())
+    assert [curve.term.effect for curve in found.curves] == [name]
+    assert len(found.suspected) >= 2
+    assert all("of which no law is assumed" in cause.decision for cause in found.suspected)
 
 
 def test_the_curve_is_the_hidden_one_beyond_the_base_model() -> None:
