@@ -224,7 +224,7 @@ class Account:
         """
         groups: list[tuple[list[int], tuple[str, ...]]] = []
         for k in self.model.curves:
-            groups = _joined(groups, [k], self._alike(k), self._wheres)
+            groups = _joined(groups, [k], self.alike(k), self._wheres)
         while len(groups) > 1:
             parts = [sum(self._parts[k] for k in members) for members, _ in groups]
             shares = [float(np.mean(part * self.missed.residual)) for part in parts]
@@ -240,7 +240,7 @@ class Account:
     def _wheres(self, members: Sequence[int]) -> set[str]:
         return {self.curves[j].kind.where for j in members}
 
-    def _alike(self, k: int) -> tuple[str, ...]:
+    def alike(self, k: int) -> tuple[str, ...]:
         """The quantities whose curves imitate what a curve accounts for."""
         part, own = self._parts[k], self.curves[k].kind.where
         found = [own]

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import Missed, fitted_curves, missed
-from edge_ident.diagnosis.budget.curves import Curve
+from edge_ident.diagnosis.budget.account import Account, Missed, fitted_curves, missed
+from edge_ident.diagnosis.budget.curves import HISTORY, LOAD, TIME, Curve
 from edge_ident.diagnosis.budget.smoothing import Products, fitted
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
@@ -83,10 +83,16 @@ def agreeing_curves(what: Missed) -> tuple[AgreeingCurve, ...]:
     found = fitted_curves(what)
     ways = [_in_time(what.block, parts) for parts in _PARTS]
     parts = _Parts(found.curves, found.model.products.held_out_by(ways))
-    chosen = [k for k in found.model.curves if found.curves[k].kind.effect]
+    chosen = [k for k in found.model.curves if found.curves[k].kind.effect and _lasts(found, k)]
     while chosen and (worst := parts.worst(chosen)) is not None:
         chosen.remove(worst)
     return replace(found, model=fitted(parts.products, chosen)).terms
+
+
+def _lasts(found: Account, curve: int) -> bool:
+    """Whether the motion tells a curve from all that no model holds: what is tied to the time of
+    its recording, and what is history."""
+    return not {TIME, HISTORY, LOAD}.intersection(found.alike(curve))
 
 
 def _in_time(block: NDArray[np.intp], parts: int) -> NDArray[np.intp]:

@@ -53,6 +53,7 @@ EFFECT: Final = AsymmetricFriction(
         signature="grows with speed and does not change its sign with the direction",
         alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),
         experiment="constant speeds both ways over the same stroke: --motion staircase",
+        curve=("difference of directions", "speed"),
         shares_friction=True,
     ),
     draw=_draw,
