@@ -44,7 +44,7 @@ def explained_by(record: Recording, period: float, amplitude: float) -> AxisSear
     gain = held_out_gain(data, start, model)
     support = SupportedTerm(gain, Decision(True, "", 1.0), ComparedAlternatives(None, None, tuple))
     supported = SupportedModel(model, (support,), (), converged=True)
-    judged = Judgement(Verdict.EXPLAINED, supported, (), (), 0.0, model)
+    judged = Judgement(Verdict.EXPLAINED, supported, (), (), 0.0)
     floor = noise_floor(data, start)
     return AxisSearch(Selected(search, start, model, supported), floor, (), judged)
 
