@@ -5,8 +5,7 @@ that is wound, the force constant of a motor, friction that differs from place t
 motion each looks like the effect of the catalogue with the same period or the same course in time,
 and the catalogue would name that. Here each takes the cause's place. Where one describes the effort
 decisively better, the cause is none; nor is a change at one moment that a law with fewer parameters
-describes as well. Nor is a limit of the actuator one where the force goes on growing with the
-commands above it: what it ignores is read from the record.
+describes as well.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
@@ -18,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, bounds
+from edge_ident.diagnosis.fit.fitting import FittedModel, bounds
 from edge_ident.diagnosis.fit.linear import solve_within
 from edge_ident.diagnosis.fit.summary import along
 from edge_ident.diagnosis.select.search import Search
@@ -126,7 +125,6 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
 }
 """But for friction that follows the load, none has more parameters than an effect that changes
 likewise."""
-_OBEYED: Final = "the force of the drive goes on growing with the commands above the limit"
 
 
 def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
@@ -148,7 +146,7 @@ def unnamed(search: Search, model: FittedModel) -> dict[int, str]:
     doubts = {}
     for k, term in enumerate(model.terms):
         laws = _LAWS.get(term.candidate.form.changes, {})
-        if laws and (reason := _better(search, model, k, laws) or _obeyed(search, model, term)):
+        if laws and (reason := _better(search, model, k, laws)):
             doubts[k] = reason
     return doubts
 
@@ -180,21 +178,6 @@ def _better(search: Search, model: FittedModel, place: int, laws: Mapping[str, L
     return f"{best} describes the effort {how}"
 
 
-def _obeyed(search: Search, model: FittedModel, term: FittedTerm) -> str:
-    """Reason against a limit above which an actuator's force goes on growing with the command,
-    wherever the limit is, by more than the formula may be off; nothing where it does not."""
-    effect = named(term.candidate.effect)
-    if not effect.compensation.limit:
-        return ""
-    withheld = [(s, effect.withheld(s.raw_effort, term.values)) for s in search.data.segments]
-    parts = [s.sampled(np.stack([np.sign(above), above])) for s, above in withheld]
-    columns = np.hstack(parts).T
-    off = search.criterion.discrepancy(model)
-    another_limit, growing = (_tried(search, model, columns[:, :k], off)[0] for k in (1, 2))
-    needed = DECISIVE.value * columns.shape[1]  # each column has to be decisive
-    return _OBEYED if another_limit - growing > needed else ""
-
-
 def _needed(parameters: int, form: Form) -> float:
     """Units by which a law with so many parameters has to be better than a cause of this form; each
     parameter that it has more has to be decisive."""
@@ -204,12 +187,9 @@ def _needed(parameters: int, form: Form) -> float:
     return DECISIVE.value * (1 + max(more, 0))
 
 
-def _tried(
-    search: Search, rest: FittedModel, columns: Array, off: float = 0.0
-) -> tuple[float, int]:
+def _tried(search: Search, rest: FittedModel, columns: Array) -> tuple[float, int]:
     """What the sum of squares costs that a law of these columns (n, k) leaves beside the other
-    terms, which keep their bounds, and by which formulas may be `off`; and the number k of the
-    law's parameters."""
+    terms, which keep their bounds; and the number k of the law's parameters."""
     data = search.data
     changes = np.hstack([rest.derivatives, columns])[data.valid]
     free = np.full(columns.shape[1], np.inf)
@@ -218,7 +198,7 @@ def _tried(
     residual = (data.effort - rest.predicted)[data.valid]
     step = solve_within(changes, residual, low, high).solution
     error = float(np.sum((residual - changes @ step) ** 2))
-    return search.criterion.misfit(error + off), columns.shape[1]
+    return search.criterion.misfit(error), columns.shape[1]
 
 
 def _without_friction(axis: AxisModel) -> AxisModel:

@@ -123,15 +123,6 @@ def test_a_motor_that_saturates_is_no_limit() -> None:
     assert reason.startswith("a motor whose force saturates")
 
 
-def test_a_force_that_goes_on_growing_is_no_limit() -> None:
-    """A flywheel behind a clutch, which is driven one way alone."""
-    most = 0.6 * MOST
-    beyond = NEEDED - np.clip(NEEDED, -most, most)
-    driven = np.where((NEEDED > 0.0) & (VELOCITY > 0.0), 2.0, 0.0) * beyond
-    reason = doubt(NEEDED + driven, "actuator_saturation", LIMIT, limit=most)
-    assert reason.startswith("the force of the drive goes on growing")
-
-
 DEADBAND = Form((), ("width",), changes=ChangesWith.EFFORT)
 
 
