@@ -144,26 +144,23 @@ class Stack:
 
 @dataclass(frozen=True)
 class Library:
-    """Regressors of candidates at the points of their grids, and at more points.
+    """Regressors of candidates at the points of their grids.
 
     Attributes
     ----------
     points : mapping of Candidate to Grid
         Nonlinear parameters at D points of each candidate.
-    stacks : tuple of Stack
-        The regressors there, and those at points that were added later.
-    whole : dict
-        Regressors (D, k, n) of candidates that were asked for.
+    stack : Stack
+        The regressors there.
     """
 
     points: Mapping[Candidate, Grid]
-    stacks: tuple[Stack, ...]
-    whole: dict[Candidate, Array] = field(default_factory=dict, compare=False)
+    stack: Stack
 
     @classmethod
     def of(cls, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]) -> Self:
         """From regressors (D, k, n) of every candidate."""
-        return cls(points, (Stack.of(regressors),))
+        return cls(points, Stack.of(regressors))
 
     def __iter__(self) -> Iterator[Candidate]:
         return iter(self.points)
@@ -173,28 +170,7 @@ class Library:
 
     def __getitem__(self, candidate: Candidate) -> Array:
         """Regressors (D, k, n) of a candidate."""
-        if candidate not in self.whole:
-            parts = [
-                stack.of_candidate(candidate)
-                for stack in self.stacks
-                if any(candidate in block.points for block in stack.blocks)
-            ]
-            self.whole[candidate] = parts[0] if len(parts) == 1 else np.concatenate(parts)
-        return self.whole[candidate]
-
-    def with_points(
-        self, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]
-    ) -> Self:
-        """The same with more points, and the regressors there, of some candidates."""
-        if not points:
-            return self
-        every = dict(self.points)
-        for candidate, more in points.items():
-            every[candidate] = {
-                name: np.concatenate([values, more[name]])
-                for name, values in every[candidate].items()
-            }
-        return type(self)(every, (*self.stacks, Stack.of(regressors)))
+        return self.stack.of_candidate(candidate)
 
     def fits(self, basis: Array, jacobian: Array, left: Array, key: object) -> Fits:
         """Every candidate at each of its points, fitted to the residual of a model.
@@ -210,13 +186,7 @@ class Library:
             What makes the basis: what is computed is kept for the next one of the same key. None
             keeps nothing.
         """
-        first, *more = (stack.fits(basis, jacobian, left, key) for stack in self.stacks)
-        found = dict(first)
-        for fits in more:
-            for candidate, added in fits.items():
-                errors, linear = zip(found[candidate], added, strict=True)
-                found[candidate] = np.concatenate(errors), np.concatenate(linear)
-        return found
+        return self.stack.fits(basis, jacobian, left, key)
 
 
 def _linear_count(candidate: Candidate) -> int:

@@ -44,11 +44,6 @@ class Refinements:
 
     cache: dict[Hashable, ScoredCandidate] = field(default_factory=dict)
 
-    @property
-    def terms(self) -> tuple[FittedTerm, ...]:
-        """All that were found."""
-        return tuple(scored.term for scored in self.cache.values())
-
     def refined(
         self,
         subspace: ResidualSubspace,

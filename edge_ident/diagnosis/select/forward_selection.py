@@ -47,8 +47,7 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     """Add causes to a model until none is accepted.
 
     A coloured residual is worth fewer independent samples than it has. Then the selection is
-    repeated with that number. At the end it is repeated from the points that were refined beside
-    all the models on the way: what they make of an early choice may be better.
+    repeated with that number.
 
     Parameters
     ----------
@@ -62,9 +61,6 @@ def select_forward(search: Search, start: FittedModel) -> Selection:
     if model.terms and independent < FEWEST_INDEPENDENT.value * samples:
         search = search.with_samples(independent)
         model = _better(search, start, model)
-    if model.terms:
-        again = _grown(search.with_refined_points(model), start)
-        model = again if search.gain(model, again) > 0.0 else model
     return Selection(model, search)
 
 

@@ -22,7 +22,7 @@ from edge_ident.diagnosis.fit.candidates import (
     own_columns,
 )
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION, Spectrum
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, build, fit, jacobian_of
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit, jacobian_of
 from edge_ident.diagnosis.fit.held_out import model_discrepancy
 from edge_ident.diagnosis.fit.library import (
     Grid,
@@ -32,7 +32,6 @@ from edge_ident.diagnosis.fit.library import (
     Searched,
     grid_rows,
     ignored_command_penalty,
-    kept_rows,
 )
 from edge_ident.diagnosis.fit.linear import solve
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
@@ -375,32 +374,6 @@ class Search:
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
         return replace(self, criterion=self.criterion.with_samples(samples))
-
-    def with_refined_points(self, model: FittedModel) -> Self:
-        """The same search, whose library also has the points that it refined; it refines no more.
-
-        So a repetition costs products alone. The terms of a model are among the points, and no
-        point that follows encoder noise: a candidate counts at its best one, and that is refused.
-        """
-        base = self.criterion.start
-        replica_jacobian = jacobian_of(self.noise_replica, base)[self.data.valid]
-        refined = (t for t in self.refinements.terms if t.candidate in self.library)
-        sure = [t for t in refined if self._admissible(t, base, replica_jacobian)]
-        found: dict[Candidate, dict[tuple[float, ...], FittedTerm]] = {}
-        for term in (*model.terms, *sure):
-            if term.nonlinear and term.candidate in self.library:
-                found.setdefault(term.candidate, {})[tuple(term.nonlinear.values())] = term
-        more = {
-            candidate: {
-                name: np.array([t.nonlinear[name] for t in terms.values()])
-                for name in self.library.points[candidate]
-            }
-            for candidate, terms in found.items()
-        }
-        axis = build(self.template, self.excitation.base, ())
-        rows = {c: kept_rows(self.data, axis, c, points) for c, points in more.items()}
-        library = self.library.with_points(more, rows)
-        return replace(self, library=library, refines=False, refinements=Refinements())
 
     @property
     def searched(self) -> Searched:

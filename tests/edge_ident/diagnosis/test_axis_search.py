@@ -8,7 +8,6 @@ import pytest
 from edge_ident.diagnosis.axis_search import AxisSearch
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
-from edge_ident.diagnosis.fit.library import ScoredCandidate
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.judgement import Judgement
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -46,20 +45,6 @@ def found(search: Search, certain: FittedModel) -> AxisSearch:
     judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0)
     floor = noise_floor(search.data, start)
     return AxisSearch(Selected(search, start, start, supported), floor, (), judged)
-
-
-def test_a_point_that_is_refused_hides_no_other(search: Search) -> None:
-    """A candidate counts at its best point, and one that no drive could have may be the best."""
-    ripple = ripple_of(search)
-    sizes = {0.51: 0.05, 0.49: 1e6}
-    terms = [
-        FittedTerm(ripple, {"period": p}, {"cosine": s, "sine": 0.0}) for p, s in sizes.items()
-    ]
-    refined = {term.nonlinear["period"]: ScoredCandidate(term, 0.0) for term in terms}
-    knowing = replace(search, refinements=replace(search.refinements, cache=dict(refined)))
-    again = knowing.with_refined_points(search.criterion.start)
-    assert 0.51 in again.library.points[ripple]["period"]
-    assert 0.49 not in again.library.points[ripple]["period"]
 
 
 def test_of_two_selections_the_criterion_says_which_ends_better(search: Search) -> None:

@@ -61,16 +61,6 @@ def test_a_library_scores_as_least_squares_do(data: AxisData, base: FittedModel)
         assert scored.term.linear["cosine"] == pytest.approx(0.05, rel=0.05)
 
 
-def test_more_points_join_those_of_the_library(data: AxisData, base: FittedModel) -> None:
-    ripple = ripple_of(data)
-    parts = [{"period": PERIODS[:2]}, {"period": PERIODS[2:]}]
-    few, more = (regressors(data, base.axis, ripple, p)[..., data.valid] for p in parts)
-    library = Library.of({ripple: parts[0]}, {ripple: few})
-    library = library.with_points({ripple: parts[1]}, {ripple: more})
-    assert library.points[ripple]["period"].tolist() == PERIODS.tolist()
-    assert np.array_equal(library[ripple], np.concatenate([few, more]))
-
-
 def test_held_out_residuals_are_those_of_fits_to_the_other_blocks(
     data: AxisData, base: FittedModel
 ) -> None:
