@@ -90,15 +90,6 @@ class AxisProblem:
         return prepare_axis(recordings, self.name, timed=not delayed(axis))
 
 
-@dataclass(frozen=True)
-class _Found:
-    """A diagnosis of an axis, what another recording says, and the verdict on the band alone."""
-
-    axis: AxisDiagnosis
-    validation: Validation | None
-    verdict: Verdict
-
-
 def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """Diagnose one axis.
 
@@ -109,13 +100,12 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
     DataError
         Hardly any sample shows the axis in motion.
     """
-    found = _in_band(problem)
-    axis = found.axis
+    axis, validation = _in_band(problem)
     if axis.verdict is Verdict.UNEXPLAINED:
         differ = _own_timing(problem, axis.model)
         verdict = Verdict.PARTLY_EXPLAINED if axis.causes or axis.curves else axis.verdict
         axis = replace(axis, verdict=verdict, findings=(*differ, *axis.findings))
-    return axis, found.validation
+    return axis, validation
 
 
 def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
@@ -136,7 +126,7 @@ def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
         parts = [recording for recording, s in pairs if s.motion.clock == clock]
         one = replace(problem, recordings=parts, validates=())
         try:
-            alone[parts[0].source] = _in_band(one).axis
+            alone[parts[0].source] = _in_band(one)[0]
         except DataError:  # it is too short to be diagnosed alone
             continue
     return timing_differs(alone)
@@ -157,7 +147,7 @@ class _Outcome:
     above: float
 
 
-def _in_band(problem: AxisProblem) -> _Found:
+def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """A diagnosis in the band of the problem, with the ripples and lines above it."""
     recordings, name, template = problem.recordings, problem.name, problem.template
     data, tolerance = problem.data, problem.rules.tolerance
@@ -194,8 +184,7 @@ def _in_band(problem: AxisProblem) -> _Found:
         carried, curves = with_curves(data, other, carried, found.floor)
     outcome = _Outcome(found, base, carried, curves, content.missed)
     result = _axis_diagnosis(outcome, recordings)
-    result_everywhere = with_band_content(result, content, template, tolerance)
-    return _Found(result_everywhere, carried.validation, result.verdict)
+    return with_band_content(result, content, template, tolerance), carried.validation
 
 
 def _with_other_zero(problem: AxisProblem, found: AxisSearch, shift: float | None) -> AxisSearch:
