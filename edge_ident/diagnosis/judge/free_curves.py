@@ -1,14 +1,16 @@
 """Free curves in the place of laws: a law is named where it beats what assumes none.
 
-Laws that add up imitate almost anything: a few waves any course along the stroke, two laws of
-friction any curve over the speed. So each curve of the error budget takes the place of the laws
-that it imitates. It has as many parameters as the data set of its coefficients (effective degrees
-of freedom: Wood, Generalized Additive Models (2017), 6.1), and they are charged like those of a
-law. Where the curve is decisively better then, the laws are only suspected, unless their name says
-no more than the curve does: friction along the stroke is that in any shape.
+The next best formula takes what the right one would have, and laws that add up imitate almost
+anything: a few waves any course along the stroke, two laws of friction any curve over the speed. So
+each curve of the error budget takes the place of each law, and of all the laws that it imitates. It
+has as many parameters as the data set of its coefficients (effective degrees of freedom: Wood,
+Generalized Additive Models (2017), 6.1), and they are charged like those of a law. Where a curve is
+decisively better then, the laws are only suspected, unless their name says no more than the curve
+does: friction along the stroke is that in any shape.
 """
 
 import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,38 +42,59 @@ def curves_instead(search: Search, model: FittedModel, floor: NoiseFloor) -> dic
     mapping of place to str
         Places are those of `model.terms`.
     """
-    data = search.data
     own = [k for k, t in enumerate(model.terms) if t.candidate != VIBRATION]
-    if not own:
-        return {}
-    base = missed(data, search.criterion.start, floor, model.axis.units, {})
-    products = products_of(base, base.curves)
-    efforts = {k: term_effort(data, model, k)[data.valid] for k in own}
     doubts: dict[int, str] = {}
-    for number, curve in enumerate(base.curves):
-        laws = [k for k in own if imitated(products, efforts[k], number) > ALIKE]
-        said = {named(model.terms[k].candidate.effect).search.curve for k in laws}
-        if said - {(curve.kind.what, curve.kind.over_what)} and separable(
-            _gain(search, model, laws, number, floor)
-        ):
-            doubts |= dict.fromkeys(laws, _reason(curve))
+    for laws, curves in _contests(search, model, own, floor).items():
+        gains = _gains(search, model, laws, curves, floor)
+        best = max(gains, key=lambda number: gains[number], default=None)
+        if best is not None and separable(gains[best]):
+            doubts |= dict.fromkeys(laws, _reason(curves[best]))
     return doubts
 
 
-def _gain(
-    search: Search, model: FittedModel, laws: list[int], number: int, floor: NoiseFloor
-) -> float:
-    """Units of the criterion that a curve gains over the laws in whose place it is."""
+def _contests(
+    search: Search, model: FittedModel, own: Sequence[int], floor: NoiseFloor
+) -> dict[tuple[int, ...], dict[int, Curve]]:
+    """The curves, by number, that take the place of each law, and of all that one imitates; but for
+    those that say no more than the laws' name."""
+    if not own:
+        return {}
+    data = search.data
+    base = missed(data, search.criterion.start, floor, model.axis.units, {})
+    products = products_of(base, base.curves)
+    efforts = {k: term_effort(data, model, k)[data.valid] for k in own}
+    found: dict[tuple[int, ...], dict[int, Curve]] = {}
+    for number, curve in enumerate(base.curves):
+        alike = tuple(k for k in own if imitated(products, efforts[k], number) > ALIKE)
+        for laws in {alike, *((k,) for k in own)} - {()}:
+            names = {named(model.terms[k].candidate.effect).search.curve for k in laws}
+            if names != {(curve.kind.what, curve.kind.over_what)}:
+                found.setdefault(laws, {})[number] = curve
+    return found
+
+
+def _gains(
+    search: Search,
+    model: FittedModel,
+    laws: Sequence[int],
+    curves: Iterable[int],
+    floor: NoiseFloor,
+) -> dict[int, float]:
+    """Units of the criterion that each curve gains over the laws in whose place it is."""
     data, criterion = search.data, search.criterion
     others = tuple(t for k, t in enumerate(model.terms) if k not in laws)
     rest = missed(data, search.fit(model.base, others), floor, model.axis.units, {})
-    fit = fitted(products_of(rest, rest.curves), (number,))
-    left = rest.scale**2 * float(np.sum((fit.products.signal - fit.predicted) ** 2))
-    tried = 2.0 * math.log(len(rest.curves))
-    charged = fit.freedom(number) * math.log(criterion.samples) + tried
+    products, off = products_of(rest, rest.curves), criterion.discrepancy(model)
     of_laws = sum(criterion.penalty(model.terms[k].candidate) for k in laws)
-    off = criterion.discrepancy(model)
-    return criterion.misfit(model.error + off) + of_laws - criterion.misfit(left + off) - charged
+    of_laws += criterion.misfit(model.error + off)
+    gains = {}
+    for number in curves:
+        fit = fitted(products, (number,))
+        left = rest.scale**2 * float(np.sum((products.signal - fit.predicted) ** 2))
+        charged = fit.freedom(number) * math.log(criterion.samples)
+        charged += 2.0 * math.log(len(rest.curves))
+        gains[number] = of_laws - criterion.misfit(left + off) - charged
+    return gains
 
 
 def _reason(curve: Curve) -> str:

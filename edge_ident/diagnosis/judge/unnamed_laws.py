@@ -1,11 +1,10 @@
-"""Laws that a named effect may be taken for; but for one, none is in the catalogue.
+"""Laws that a named effect may be taken for, and that no curve of the error budget is.
 
-What a machine has can change along the stroke, or with time: the inertia of a crank or of a reel
-that is wound, the force constant of a motor, friction that differs from place to place. Along one
-motion each looks like the effect of the catalogue with the same period or the same course in time,
-and the catalogue would name that. Here each takes the cause's place. Where one describes the effort
-decisively better, the cause is none; nor is a change at one moment that a law with fewer parameters
-describes as well.
+What a machine has can change along the stroke: the inertia of a crank, the force constant of a
+motor, friction that differs from place to place. Along one motion each looks like the effect of the
+catalogue with the same period, and the catalogue would name that. Here each takes the cause's place
+(curves without a law do in `judge.free_curves`). Where one describes the effort decisively better,
+the cause is none; nor is a change at one moment that a law with fewer parameters describes as well.
 Source: Lagrange's equation for inertia along the stroke, J(x)·a + J'(x)·v²/2.
 """
 
@@ -71,33 +70,9 @@ def _follows_load(motion: Motion, effort: Array, values: Values) -> Array:
     return lost * np.stack([motion.transmitted, motion.acceleration])
 
 
-def _course(motion: Motion, values: Values) -> Array:
-    """What a drift has done by then, (1, N); of a drift with a curvature, what its parts have."""
-    if np.any(values.get("curvature", 0.0)):
-        return np.stack([motion.time_s, motion.time_s**2])
-    return np.asarray(-np.expm1(-motion.time_s / float(values["time_constant"])))[None]
-
-
-def _inertia_in_time(motion: Motion, effort: Array, values: Values) -> Array:
-    return _course(motion, values) * motion.acceleration
-
-
-def _coulomb_in_time(motion: Motion, effort: Array, values: Values) -> Array:
-    return _course(motion, values) * motion.direction
-
-
 def _force_from_then_on(motion: Motion, effort: Array, values: Values) -> Array:
     later = (motion.time_s >= values["time"]) & (values["clock"] == motion.clock)
     return np.asarray(effort * later)[None]
-
-
-def _saturating(motion: Motion, effort: Array, values: Values) -> Array:
-    return effort[None] ** 3
-
-
-def _power(motion: Motion, effort: Array, values: Values) -> Array:
-    """What a power of the effort that is nearly one adds: |T|^(1+p) - |T| is p·|T|·ln|T|."""
-    return effort[None] * np.log(np.maximum(np.abs(effort), _TINY))
 
 
 def _one_sided(motion: Motion, effort: Array, values: Values) -> Array:
@@ -112,16 +87,8 @@ _LAWS: Final[Mapping[ChangesWith | None, Mapping[str, Law]]] = {
         "friction that follows the load": _follows_load,
         "a gain that differs with the sign of the effort": _one_sided,
     },
-    ChangesWith.TIME: {
-        "an inertia that changes with time": _inertia_in_time,
-        "dry friction that changes with time": _coulomb_in_time,
-    },
     ChangesWith.MOMENT: {"a force constant that changes then": _force_from_then_on},
-    ChangesWith.EFFORT: {
-        "a motor whose force saturates": _saturating,
-        "a power of the effort": _power,
-        "a gain that differs with the sign of the effort": _one_sided,
-    },
+    ChangesWith.EFFORT: {"a gain that differs with the sign of the effort": _one_sided},
 }
 """But for friction that follows the load, none has more parameters than an effect that changes
 likewise."""

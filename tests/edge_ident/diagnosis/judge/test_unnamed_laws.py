@@ -81,56 +81,10 @@ def test_an_effect_is_no_other_law(effect: str) -> None:
     assert not doubt(SOUND + extra, effect, WAVE, position, period=PERIOD)
 
 
-POWERS = Form(("rate", "curvature"), changes=ChangesWith.TIME)
-COURSE = Form(("rate",), ("time_constant",), changes=ChangesWith.TIME)
-
-
-IN_TIME = {"an inertia": ACCELERATION, "dry friction": np.sign(VELOCITY), "": SOUND}
-CONSTANT_S = {POWERS: 1e6, COURSE: 6.0}
-FEW = (("an inertia", POWERS), ("dry friction", COURSE), ("", POWERS))
-"""Each law and each form once."""
-
-
-@pytest.mark.parametrize(("law", "form"), a_few(product(IN_TIME, CONSTANT_S), FEW))
-def test_what_changes_with_time_is_no_gain(law: str, form: Form) -> None:
-    extra, constant_s = IN_TIME[law], CONSTANT_S[form]
-    course = -constant_s * np.expm1(-TIME_S / constant_s)
-    reason = doubt(SOUND + 0.03 * course * extra, "gain_drift", form, time_constant=constant_s)
-    assert reason.startswith(f"{law} that changes with time" if law else "")
-    assert bool(reason) is bool(law)
-
-
 LOSS = Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT)
-LIMIT = Form((), ("limit",), changes=ChangesWith.EFFORT)
 
 
 NEEDED = 2.0 * ACCELERATION + SOUND
-MOST = float(np.max(np.abs(NEEDED)))
-SATURATING = NEEDED + 0.001 * NEEDED**3
-
-
-def test_a_motor_that_saturates_is_no_loss_of_a_transmission() -> None:
-    lost = NEEDED / (1.0 - 0.15 * np.sign(NEEDED * VELOCITY))
-    assert not doubt(lost, "load_dependent_friction", LOSS, guided=1.0, moved=1.0)
-    reason = doubt(SATURATING, "load_dependent_friction", LOSS, guided=1.0, moved=1.0)
-    assert reason.startswith("a motor whose force saturates")
-
-
-def test_a_motor_that_saturates_is_no_limit() -> None:
-    wound_up = np.where(np.abs(NEEDED) > 0.97 * MOST, 1.3 * NEEDED, NEEDED)
-    assert not doubt(wound_up, "actuator_saturation", LIMIT, limit=MOST)
-    reason = doubt(SATURATING, "actuator_saturation", LIMIT, limit=MOST)
-    assert reason.startswith("a motor whose force saturates")
-
-
-DEADBAND = Form((), ("width",), changes=ChangesWith.EFFORT)
-
-
-def test_a_power_of_the_effort_is_no_deadband() -> None:
-    assert not doubt(NEEDED + 0.4 * np.sign(NEEDED), "actuator_deadband", DEADBAND, width=0.4)
-    power = np.sign(NEEDED) * np.abs(NEEDED) ** 0.8
-    reason = doubt(power, "actuator_deadband", DEADBAND, width=0.2)
-    assert reason.startswith("a power of the effort describes")
 
 
 def test_a_gain_that_differs_with_the_sign_is_no_loss_of_a_transmission() -> None:
