@@ -72,10 +72,12 @@ class Assessment:
         if not self.structure(model):
             return self
         curves = curves_beside(self.search.data, model, self.floor)
+        if not curves:
+            return self
         template = with_curves_known(self.search.template, curves)
         search = replace(self.search, template=template)
         whole = search.fit(self.model.base, self.model.terms)
-        return replace(self, search=search, model=whole, cache={}) if curves else self
+        return replace(self, search=search, model=whole, cache={})
 
     def fitted(self, kept: Sequence[int]) -> FittedModel:
         """The model with a part of its terms, fitted again with their nonlinear parameters.

@@ -28,15 +28,12 @@ class Selected:
     search : Search
     start : FittedModel
         The base model.
-    grown : FittedModel
-        That forward selection ended with.
     supported : SupportedModel
-        That backward elimination left of it.
+        That backward elimination left of what forward selection found.
     """
 
     search: Search
     start: FittedModel
-    grown: FittedModel
     supported: SupportedModel
 
     @property
@@ -85,7 +82,7 @@ def first_selected(data: AxisData, template: AxisModel) -> Selected:
     start = fitted_base(data, template)
     first = first_causes(Search.of(data, template, start), start)
     unsupported = SupportedModel(first.model, (), (), converged=False)
-    return Selected(first.search, start, first.model, unsupported)
+    return Selected(first.search, start, unsupported)
 
 
 def _selected(search: Search, start: FittedModel) -> Selected:
@@ -101,7 +98,7 @@ def _eliminated(selection: Selection, start: FittedModel) -> Selected:
         without = frozenset(r.effect for r in supported.refused if not r.instead)
         again = eliminate_backward(search, grown_on(search, supported.model, without))
         supported = again if search.gain(supported.model, again.model) > 0.0 else supported
-    return Selected(search, start, model, supported)
+    return Selected(search, start, supported)
 
 
 def _with_hidden_events(selected: Selected) -> Selected:

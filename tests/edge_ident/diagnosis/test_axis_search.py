@@ -44,7 +44,7 @@ def found(search: Search, certain: FittedModel) -> AxisSearch:
     supported = SupportedModel(start, (), (), converged=True)
     judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0)
     floor = noise_floor(search.data, start)
-    return AxisSearch(Selected(search, start, start, supported), floor, (), judged)
+    return AxisSearch(Selected(search, start, supported), floor, (), judged)
 
 
 def test_of_two_selections_the_criterion_says_which_ends_better(search: Search) -> None:

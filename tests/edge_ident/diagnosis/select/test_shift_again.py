@@ -48,7 +48,7 @@ def selected(data: AxisData, *terms: FittedTerm, known: AxisModel = TEMPLATE) ->
     start = fit(data, known, np.zeros(4), ())
     search = Search.of(data, known, start)
     model = search.fit(start.base, terms)
-    return Selected(search, start, model, SupportedModel(model, (), (), True))
+    return Selected(search, start, SupportedModel(model, (), (), True))
 
 
 def out_by(data: AxisData, samples: float) -> AxisData:
