@@ -14,7 +14,14 @@ from edge_ident.estimation.trust import off_reference
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart, of_axes
-from edge_ident.report.findings import blocking_steps, distinct, finding_lines, look_at, remarks
+from edge_ident.report.findings import (
+    blocking_lines,
+    blocking_steps,
+    distinct,
+    finding_lines,
+    look_at,
+    remarks,
+)
 from edge_ident.report.numbers import parameter_grid, term_rows
 from edge_ident.report.page.diagnosis_charts import (
     busiest,
@@ -79,18 +86,12 @@ def diagnosis_answer(
         said = wording.diagnosed_sentence(axis)
         parts.append(Line(said, f"axis {name}", TONES[axis.verdict], " "))
         parts += [] if details else budget_parts(axis.budget, "  ")
-    parts += [*_forbidden(found), *_validated(found)]
+    for name, axis in found.axes.items():
+        parts += blocking_lines(name, axis.findings, "no cause is named")
+    parts += _validated(found)
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
     parts += [*next_lines(steps or [_NOTHING]), parameter_grid(found.model, lines)]
     return Answer((*parts, *(diagnosis_parts(found) if details else _remarks(found))))
-
-
-def _forbidden(found: Diagnosis) -> Iterator[Line]:
-    for name, axis in found.axes.items():
-        for finding in axis.findings:
-            if finding.blocks:
-                said = f"axis {name}, {finding.code}: {finding.message}"
-                yield Line(said, "no cause is named", "bad")
 
 
 def _validated(found: Diagnosis) -> Iterator[Line]:

@@ -91,6 +91,13 @@ def finding_lines(findings: Iterable[Finding]) -> Iterator[Line]:
         yield Line(f"    next: {finding.next_step}")
 
 
+def blocking_lines(name: str, findings: Iterable[Finding], forbids: str) -> Iterator[Line]:
+    """Findings of an axis that block, each with what it forbids."""
+    for finding in findings:
+        if finding.blocks:
+            yield Line(f"axis {name}, {finding.code}: {finding.message}", forbids, "bad")
+
+
 def remarks(findings: Mapping[str, Iterable[Finding]]) -> Iterator[Line]:
     """Findings by axis that block nothing and were not said yet, each code once.
 

@@ -19,7 +19,13 @@ from edge_ident.identification.result import (
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
 from edge_ident.report.diagnosis import budget_parts
-from edge_ident.report.findings import DESIGN_GAINS, finding_lines, identification_steps, remarks
+from edge_ident.report.findings import (
+    DESIGN_GAINS,
+    blocking_lines,
+    finding_lines,
+    identification_steps,
+    remarks,
+)
 from edge_ident.report.numbers import (
     TERM_ROW,
     digits,
@@ -84,10 +90,7 @@ def trust_lines(found: Identification) -> Iterator[Line]:
     """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
     axes that are trusted."""
     for name, axis in found.axes.items():
-        for finding in axis.findings:
-            if finding.blocks:
-                said = f"axis {name}, {finding.code}: {finding.message}"
-                yield Line(said, "not trusted", "bad")
+        yield from blocking_lines(name, axis.findings, "not trusted")
         known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
         if not axis.trusted and any(known.values()):
             unknown = [parameter for parameter, sure in known.items() if not sure]
