@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from edge_ident.control.drive_gains import GainDesigns, design_gains
     from edge_ident.control.gain_design import GainDesign
     from edge_ident.diagnosis.diagnose import diagnose
+    from edge_ident.diagnosis.error_budget import ErrorBudget
     from edge_ident.diagnosis.measures import TOLERANCE
     from edge_ident.diagnosis.result import AxisDiagnosis, Diagnosis
     from edge_ident.drive.description import Drive, DriveAxis, load_drive
@@ -82,6 +83,7 @@ __all__ = [
     "DriveAxis",
     "EdgeIdentError",
     "Effect",
+    "ErrorBudget",
     "Estimate",
     "Form",
     "GainDesign",
@@ -137,6 +139,7 @@ __getattr__ = lazy_names(
         "edge_ident.control.drive_gains": "GainDesigns design_gains",
         "edge_ident.control.gain_design": "GainDesign",
         "edge_ident.diagnosis.diagnose": "diagnose",
+        "edge_ident.diagnosis.error_budget": "ErrorBudget",
         "edge_ident.diagnosis.result": "AxisDiagnosis Diagnosis",
         "edge_ident.diagnosis.measures": "TOLERANCE",
         "edge_ident.drive.description": "Drive DriveAxis load_drive",
@@ -173,6 +176,7 @@ shown_by(
         "edge_ident.report.identification": "Identification=identification_view",
         "edge_ident.report.comparison": "Comparison=comparison_view",
         "edge_ident.report.diagnosis": "Diagnosis=diagnosis_view",
+        "edge_ident.report.error_budget": "ErrorBudget=budget_view",
         "edge_ident.report.plan": "MotionPlan=plan_view",
         "edge_ident.report.numbers": "Model=model_view",
         "edge_ident.report.recordings": "Recording=recording_view",

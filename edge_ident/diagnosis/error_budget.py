@@ -4,19 +4,14 @@ Its entries add up to the mean square of what is missed. Two that overlap share 
 common half and half: each entry's share is its product with all that is missed.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import Term
 from edge_ident.support.rows import Readable
-from edge_ident.support.words import listed, spoken
-
-if TYPE_CHECKING:
-    from rich.console import RenderableType
 
 Array = NDArray[np.float64]
 
@@ -128,18 +123,6 @@ class BudgetEntry:
     named: tuple[str, ...] = ()
     together_with: tuple[str, ...] = ()
 
-    @property
-    def label(self) -> str:
-        """Where, with the quantities that the motion does not tell it from."""
-        return " or ".join((self.where, *self.together_with))
-
-    @property
-    def remark(self) -> str:
-        """Curves, and the effects that they are."""
-        curves = ", ".join(map(str, self.curves))
-        effects = f"named: {listed(spoken(name) for name in self.named)}" if self.named else ""
-        return "; ".join(filter(None, (curves, effects)))
-
 
 @dataclass(frozen=True, repr=False)
 class ErrorBudget(Readable):
@@ -183,43 +166,6 @@ class ErrorBudget(Readable):
         found = (e for e in self.entries if where in (e.where, *e.together_with))
         return float(sum(entry.share for entry in found))
 
-    def table(self) -> dict[str, list[Any]]:
-        """One row for each entry.
-
-        Returns
-        -------
-        mapping of column name to list
-            What a data frame takes.
-        """
-        return {
-            "where": [e.where for e in self.entries],
-            "share": [e.share for e in self.entries],
-            "share_low": [e.interval[0] for e in self.entries],
-            "share_high": [e.interval[1] for e in self.entries],
-            "effort_rms": [e.effort for e in self.entries],
-            "unit": [self.unit] * len(self.entries),
-            "named": [", ".join(e.named) for e in self.entries],
-            "together_with": [", ".join(e.together_with) for e in self.entries],
-        }
-
-    @property
-    def rows(self) -> list[tuple[str, str, str, str]]:
-        """Where, share, rms effort, and curves with the effects that they are, as text."""
-        unit = self.unit.replace("*", "·")
-        return [
-            (e.label, f"{100.0 * e.share:.0f} %", f"{e.effort:.2g} {unit}", e.remark)
-            for e in self.entries
-        ]
-
-    @property
-    def sentence(self) -> str:
-        """What is missed, in one line."""
-        unit = self.unit.replace("*", "·")
-        return (
-            f"the base model misses {self.missed:.3g} {unit} rms, "
-            f"{100.0 * self.share_of_effort:.2g} % of the effort"
-        )
-
     def document(self) -> list[dict[str, Any]]:
         """For scripts."""
         return [
@@ -234,26 +180,3 @@ class ErrorBudget(Readable):
             }
             for entry in self.entries
         ]
-
-    def __rich__(self) -> "RenderableType":
-        from rich.console import Group
-
-        return Group(*budget_lines(self))
-
-
-def budget_lines(budget: ErrorBudget, title: str = "") -> Iterator["RenderableType"]:
-    """A budget as rich shows it: one sentence, and its table."""
-    from rich.markup import escape
-    from rich.text import Text
-
-    from edge_ident.support.console import plain_table
-
-    yield Text(title + budget.sentence)
-    table = plain_table()
-    table.add_column("of this, along")
-    table.add_column("share", justify="right")
-    table.add_column("effort rms", justify="right")
-    table.add_column("curve beyond the base model")
-    for row in budget.rows:
-        table.add_row(*map(escape, row))
-    yield table

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.diagnosis import wording
-from edge_ident.diagnosis.error_budget import ErrorBudget
 from edge_ident.diagnosis.measures import ModelFit, Validation, Verdict
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart, of_axes
+from edge_ident.report.error_budget import budget_parts
 from edge_ident.report.findings import (
     blocking_lines,
     blocking_steps,
@@ -198,13 +198,6 @@ def models_grid(name: str, diagnosis: Diagnosis) -> Grid:
     models = ("base", "extended") if axis.extends_base else ("base",)
     rows = wording.before_and_after(axis, diagnosis.validation.get(name))
     return Grid("", ("", *models), [row[: 1 + len(models)] for row in rows], plain=True)
-
-
-def budget_parts(budget: ErrorBudget, title: str = "") -> Iterator[Part]:
-    """A budget: one sentence, and its table."""
-    yield Line(title + budget.sentence)
-    headings = "of this, along", "share", "effort rms", "curve beyond the base model"
-    yield Grid("", headings, budget.rows, plain=True)
 
 
 # A row for each parameter of each cause, as a data frame takes them.

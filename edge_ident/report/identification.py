@@ -18,7 +18,7 @@ from edge_ident.identification.result import (
 )
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
-from edge_ident.report.diagnosis import budget_parts
+from edge_ident.report.error_budget import budget_parts
 from edge_ident.report.findings import (
     DESIGN_GAINS,
     blocking_lines,
