@@ -384,8 +384,8 @@ def own_limits(data: AxisData, *, shifted: bool) -> tuple[Array, Array]:
 
 def derivatives(
     data: AxisData, axis: AxisModel, predicted: Array, linear: Sequence[Collection[str]]
-) -> Array:
-    """Derivatives (n, P) by base parameters, the recordings' own, and linear parameters.
+) -> tuple[Array, ...]:
+    """Derivatives, rows (k, n), by base parameters, the recordings' own, and linear parameters.
 
     Parameters
     ----------
@@ -396,8 +396,8 @@ def derivatives(
     """
     first = len(axis.terms) - len(linear)
     names = {0: PARAMETERS} | {k: tuple(x) for k, x in enumerate(linear, first) if x}
-    base, *added = (_of_term(data, axis, predicted, *place).T for place in names.items())
-    return np.hstack([base, own_columns(data), *added])
+    base, *added = (_of_term(data, axis, predicted, *place) for place in names.items())
+    return (base, own_columns(data).T, *added)
 
 
 def _of_term(

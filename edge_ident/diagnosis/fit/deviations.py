@@ -258,4 +258,4 @@ def _turned(data: AxisData, model: FittedModel, motion: _Motion) -> tuple[Fitted
             free[at] = True
             place += 1
         first = last
-    return replace(model, derivatives=derivatives, free=free), shapes
+    return replace(model, rows=(derivatives.T,), free=free), shapes

@@ -72,8 +72,9 @@ class FittedModel:
         Terms that the diagnosis added.
     predicted : (n,) array
         At all compared samples.
-    derivatives : (n, P) array
-        By base parameters, the recordings' own, and each term's linear parameters.
+    rows : tuple of (k, n) arrays
+        Derivatives by base parameters, the recordings' own, and each term's linear parameters;
+        models of the same data share them.
     free : (P,) array of bool
         Parameters that no bound holds.
     error : float
@@ -85,7 +86,7 @@ class FittedModel:
     own: Array
     terms: tuple[FittedTerm, ...]
     predicted: Array
-    derivatives: Array
+    rows: tuple[Array, ...]
     free: NDArray[np.bool_]
     error: float
 
@@ -99,6 +100,11 @@ class FittedModel:
     def linear_parameters(self) -> Array:
         """Base parameters, the recordings' own and linear parameters (P,), as in the Jacobian."""
         return _linear_parameters(self.base, self.own, self.terms)
+
+    @property
+    def derivatives(self) -> Array:
+        """The rows as columns, (n, P)."""
+        return np.vstack(self.rows).T
 
     @property
     def jacobian(self) -> Array:
@@ -182,7 +188,8 @@ def _fit_in_steps(
     axis = build(template, base, terms)
     made = cached_effort(data, axis)
     for _ in range(_ITERATIONS):
-        jacobian = derivatives(data, axis, made, [t.linear for t in terms])
+        rows = derivatives(data, axis, made, [t.linear for t in terms])
+        jacobian = np.vstack(rows).T
         present = _linear_parameters(base, own, terms)
         predicted = made + columns @ own
         residual = (data.effort - predicted)[data.valid]
@@ -201,7 +208,7 @@ def _fit_in_steps(
         own,
         terms,
         predicted,
-        jacobian,
+        rows,
         step.free,
         float(residual @ residual),
     )
@@ -222,7 +229,8 @@ def _fit_additive(
     data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]
 ) -> FittedModel:
     """Linear least squares on cached regressors, after terms without linear parameters."""
-    jacobian = _additive_jacobian(data, template, terms)
+    rows = _additive_rows(data, template, terms)
+    jacobian = np.vstack(rows).T
     other = [t for t in terms if not t.linear]
     fixed = sum(
         (cached_regressors(data, template, t.candidate, t.nonlinear)[0] for t in other),
@@ -239,7 +247,7 @@ def _fit_additive(
         own,
         terms,
         predicted,
-        jacobian,
+        rows,
         found.free,
         float(residual @ residual),
     )
@@ -259,10 +267,12 @@ def bounds(data: AxisData, template: AxisModel, terms: Sequence[FittedTerm]) -> 
     return low, high
 
 
-def _additive_jacobian(data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]) -> Array:
-    """Derivatives (n, P) by base parameters and linear parameters."""
+def _additive_rows(
+    data: AxisData, template: AxisModel, terms: tuple[FittedTerm, ...]
+) -> tuple[Array, ...]:
+    """Derivatives by base parameters, the recordings' own, and linear parameters."""
     rows = (cached_regressors(data, template, t.candidate, t.nonlinear) for t in terms if t.linear)
-    return np.vstack([base_regressor(data).T, own_columns(data).T, *rows]).T
+    return (base_regressor(data).T, own_columns(data).T, *rows)
 
 
 def _linear_parameters(base: Array, own: Array, terms: Sequence[FittedTerm]) -> Array:
@@ -293,9 +303,9 @@ def _split(
 def jacobian_of(data: AxisData, fitted: FittedModel) -> Array:
     """The Jacobian (n, P) of a fitted model on other data at the same samples."""
     if additive(fitted.template, fitted.terms):
-        return _additive_jacobian(data, fitted.template, fitted.terms)
+        return np.vstack(_additive_rows(data, fitted.template, fitted.terms)).T
     linear = [t.linear for t in fitted.terms]
-    return derivatives(data, fitted.axis, cached_effort(data, fitted.axis), linear)
+    return np.vstack(derivatives(data, fitted.axis, cached_effort(data, fitted.axis), linear)).T
 
 
 # What single terms of a fitted model contribute to its effort.

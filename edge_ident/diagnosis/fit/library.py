@@ -1,12 +1,11 @@
 """The library of a search: regressors of all candidates at the points of their grids.
 
 They stand below each other. So a few products of matrices score all candidates on a residual. What
-does not depend on the residual is computed once for every model, and what does not depend on the
-model once for every column of one.
+does not depend on the model is computed once for every column of one.
 """
 
 import math
-from collections.abc import Hashable, Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby, pairwise
@@ -37,22 +36,20 @@ Array = NDArray[np.float64]
 
 Grid = Mapping[str, Array]
 """Values of a candidate's nonlinear parameters by name, arrays (D,)."""
-Fits = Mapping[Candidate, tuple[Array, Array]]
-"""Of candidates at D points each: errors (D,) and linear parameters (D, k)."""
-
 _TOLD_APART: Final = 1e4
 """Largest condition number of a model's columns with which products with them, and not with a basis
 of them, are as good but for rounding."""
 
 
 class _Alike(NamedTuple):
-    """Candidates with the same number k of linear parameters, whose rows stand together.
+    """Candidates with the same number k of linear parameters.
 
     Attributes
     ----------
     points : mapping of Candidate to slice
         Points of each, among the D of all.
     rows : slice
+        Of these, among the regressors of all candidates.
     gram : (D, k, k) array
         Scalar products of the regressors at each point.
     low, high : (D, k) arrays
@@ -67,82 +64,6 @@ class _Alike(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Stack:
-    """Regressors of candidates at the valid samples.
-
-    Attributes
-    ----------
-    rows : (L, n) array
-        The k regressors of a candidate at each of its points, candidate after candidate.
-    blocks : tuple of _Alike
-    cache : dict
-        Components orthogonal to models that were projected on before, by model; and products with
-        columns of models, by column.
-    """
-
-    rows: Array
-    blocks: tuple[_Alike, ...]
-    cache: dict[object, tuple[Orthogonal, ...]] = field(default_factory=dict, compare=False)
-    products: dict[bytes, Array] = field(default_factory=dict, compare=False)
-
-    @classmethod
-    def of(cls, regressors: Mapping[Candidate, Array]) -> Self:
-        """From regressors (D, k, n) of every candidate."""
-        ordered = sorted(regressors, key=_linear_count)
-        rows = np.concatenate([regressors[c].reshape(-1, regressors[c].shape[2]) for c in ordered])
-        blocks, first = [], 0
-        for _, alike in groupby(ordered, key=_linear_count):
-            parts = {c: regressors[c] for c in alike}
-            blocks.append(_alike(parts, first))
-            first = blocks[-1].rows.stop
-        return cls(rows, tuple(blocks))
-
-    def of_candidate(self, candidate: Candidate) -> Array:
-        """Its regressors (D, k, n)."""
-        block = next(b for b in self.blocks if candidate in b.points)
-        _, count, _ = block.gram.shape
-        rows = self.rows[block.rows].reshape(-1, count, self.rows.shape[1])
-        return rows[block.points[candidate]]
-
-    def fits(self, basis: Array, jacobian: Array, left: Array, key: object) -> Fits:
-        """See `Library.fits`."""
-        total, products, found = float(left @ left), self.rows @ left, {}
-        for block, part in zip(self.blocks, self._orthogonal(basis, jacobian, key), strict=True):
-            product = products[block.rows].reshape(block.gram.shape[:2])
-            errors, linear = part.fit(product, total, block.low, block.high)
-            found.update({c: (errors[at], linear[at]) for c, at in block.points.items()})
-        return found
-
-    def _orthogonal(self, basis: Array, jacobian: Array, key: object) -> tuple[Orthogonal, ...]:
-        """The components of the regressors of each block that are orthogonal to a basis."""
-        if key in self.cache:
-            return self.cache[key]
-        known = self.rows @ basis if key is None else self._known(basis, jacobian)
-        found = tuple(
-            Orthogonal.of(b.gram, known[b.rows].reshape(*b.gram.shape[:2], -1)) for b in self.blocks
-        )
-        if key is not None:
-            self.cache[key] = found
-        return found
-
-    def _known(self, basis: Array, jacobian: Array) -> Array:
-        """Products (L, R) with a basis, from those with the columns of the Jacobian."""
-        unit, _ = unit_length(jacobian)
-        turned = basis.T @ unit
-        if np.linalg.cond(turned) > _TOLD_APART:
-            return np.asarray(self.rows @ basis)
-        products = np.stack([self._product(column) for column in unit.T], axis=1)
-        return np.asarray(products @ np.linalg.pinv(turned))
-
-    def _product(self, column: Array) -> Array:
-        """Products (L,) with a column (n,) that many models have."""
-        key = column.tobytes()
-        if key not in self.products:
-            self.products[key] = self.rows @ column
-        return self.products[key]
-
-
-@dataclass(frozen=True)
 class Library:
     """Regressors of candidates at the points of their grids.
 
@@ -150,17 +71,20 @@ class Library:
     ----------
     points : mapping of Candidate to Grid
         Nonlinear parameters at D points of each candidate.
-    stack : Stack
-        The regressors there.
+    rows : mapping of Candidate to (D, k, n) array
+        The regressors there, at the valid samples, by the number k of linear parameters.
+    products : dict
+        Products with columns that many models have, by column.
     """
 
     points: Mapping[Candidate, Grid]
-    stack: Stack
+    rows: Mapping[Candidate, Array]
+    products: dict[bytes, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]) -> Self:
         """From regressors (D, k, n) of every candidate."""
-        return cls(points, Stack.of(regressors))
+        return cls(points, {c: regressors[c] for c in sorted(regressors, key=_linear_count)})
 
     def __iter__(self) -> Iterator[Candidate]:
         return iter(self.points)
@@ -170,23 +94,50 @@ class Library:
 
     def __getitem__(self, candidate: Candidate) -> Array:
         """Regressors (D, k, n) of a candidate."""
-        return self.stack.of_candidate(candidate)
+        return self.rows[candidate]
 
-    def fits(self, basis: Array, jacobian: Array, left: Array, key: object) -> Fits:
-        """Every candidate at each of its points, fitted to the residual of a model.
+    @cached_property
+    def _blocks(self) -> list[_Alike]:
+        found, first = [], 0
+        for _, alike in groupby(self.rows, key=_linear_count):
+            found.append(_alike({c: self.rows[c] for c in alike}, first))
+            first = found[-1].rows.stop
+        return found
 
-        Parameters
-        ----------
-        basis : (n, R) array
-            Orthonormal; it spans the same as the Jacobian.
-        jacobian : (n, P) array
-        left : (n,) array
-            The residual, orthogonal to the basis.
-        key : object
-            What makes the basis: what is computed is kept for the next one of the same key. None
-            keeps nothing.
-        """
-        return self.stack.fits(basis, jacobian, left, key)
+    def fits(self, subspace: "ResidualSubspace") -> dict[Candidate, tuple[Array, Array]]:
+        """Errors (D,) and linear parameters (D, k) of every candidate at each of its D points,
+        fitted to the residual of a model."""
+        left, found = subspace.left, {}
+        total, products, known = float(left @ left), self._times(left), self._known(subspace)
+        for block in self._blocks:
+            shape = block.gram.shape[:2]
+            part = Orthogonal.of(block.gram, known[block.rows].reshape(*shape, -1))
+            product = products[block.rows].reshape(shape)
+            errors, linear = part.fit(product, total, block.low, block.high)
+            found.update({c: (errors[at], linear[at]) for c, at in block.points.items()})
+        return found
+
+    def _known(self, subspace: "ResidualSubspace") -> Array:
+        """Products (L, R) of the L regressors with a basis, where efforts add up from those with
+        the columns of the Jacobian."""
+        basis = subspace.basis
+        unit, _ = unit_length(subspace.jacobian)
+        turned = basis.T @ unit
+        if not subspace.adds_up or np.linalg.cond(turned) > _TOLD_APART:
+            return self._times(basis)
+        products = np.stack([self._product(column) for column in unit.T], axis=1)
+        return np.asarray(products @ np.linalg.pinv(turned))
+
+    def _product(self, column: Array) -> Array:
+        """Products (L,) with a column (n,) that many models have."""
+        key = column.tobytes()
+        if key not in self.products:
+            self.products[key] = self._times(column)
+        return self.products[key]
+
+    def _times(self, columns: Array) -> Array:
+        """Products (L, ...) of all regressors with columns (n, ...)."""
+        return np.concatenate([x.reshape(-1, x.shape[-1]) @ columns for x in self.rows.values()])
 
 
 def _linear_count(candidate: Candidate) -> int:
@@ -194,7 +145,7 @@ def _linear_count(candidate: Candidate) -> int:
 
 
 def _alike(regressors: Mapping[Candidate, Array], first: int) -> _Alike:
-    """The block of candidates with regressors (D, k, n), whose rows begin at the first."""
+    """The block of candidates with regressors (D, k, n), the first of which is that of a row."""
     grams = [x @ x.transpose(0, 2, 1) for x in regressors.values()]
     ends = np.cumsum([0, *map(len, grams)]).tolist()
     points = {c: slice(*of) for c, of in zip(regressors, pairwise(ends), strict=True)}
@@ -380,8 +331,8 @@ class ResidualSubspace:
     jacobian : (n, P) array
     basis : (n, R) array
         Orthonormal; it spans the same.
-    key : hashable
-        What makes the basis, where the efforts of the model add up; otherwise None.
+    adds_up : bool
+        Whether the efforts of the model do, and the basis spans no more than its Jacobian.
     """
 
     data: AxisData
@@ -389,7 +340,7 @@ class ResidualSubspace:
     residual: Array
     jacobian: Array
     basis: Array
-    key: Hashable = None
+    adds_up: bool = False
 
     @classmethod
     def of(cls, data: AxisData, fitted: FittedModel, *, held: bool = False) -> Self:
@@ -402,11 +353,8 @@ class ResidualSubspace:
         """
         residual = (data.effort - fitted.predicted)[data.valid]
         jacobian = (fitted.jacobian if held else _released(fitted))[data.valid]
-        key = None
-        if additive(fitted.template, fitted.terms):
-            terms = ((t.candidate, *t.nonlinear.values()) for t in fitted.terms)
-            key = (held, fitted.free.tobytes(), *terms)
-        return cls(data, fitted.axis, residual, jacobian, orthonormal(jacobian), key)
+        adds_up = additive(fitted.template, fitted.terms)
+        return cls(data, fitted.axis, residual, jacobian, orthonormal(jacobian), adds_up)
 
     @cached_property
     def left(self) -> Array:
@@ -421,7 +369,7 @@ class ResidualSubspace:
         Those of an effect that is integrated are kept: searches on several residuals begin around
         the same point of its grid. So are those of points that recur, where efforts add up.
         """
-        recurring = recurring and self.key is not None
+        recurring = recurring and self.adds_up
         kept = adds(candidate) and (recurring or named(candidate.effect).memory_scale)
         rows = kept_rows if kept else grid_rows
         return rows(self.data, self.axis, candidate, nonlinear)
@@ -466,7 +414,7 @@ class ResidualSubspace:
         without : set of str or Candidate
             Effects and candidates that are left out.
         """
-        fits = library.fits(self.basis, self.jacobian, self.left, self.key)
+        fits = library.fits(self)
         found = []
         for candidate, points in library.points.items():
             if candidate.effect in without or candidate in without:

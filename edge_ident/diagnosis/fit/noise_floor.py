@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import unit_length, widened
+from edge_ident.signals.filters import fast_length
 
 Array = NDArray[np.float64]
 
@@ -239,10 +239,10 @@ def _period(segment: Segment) -> int | None:
 
 def _lags(position: Array, samples: int) -> NDArray[np.intp]:
     """Peaks of the autocorrelation, between a twentieth and three quarters of the record."""
-    x = position - np.mean(position)
-    correlation = scipy.signal.correlate(x, x, "full", "fft")[samples - 1 :]
-    overlap = np.arange(samples, 0, -1)
-    peaks, _ = scipy.signal.find_peaks(correlation / overlap)
+    spectrum = np.fft.rfft(position - np.mean(position), fast_length(2 * samples))
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:samples] / np.arange(samples, 0, -1)
+    rises = np.diff(correlation) > 0.0
+    peaks = np.flatnonzero(rises[:-1] & ~rises[1:]) + 1
     peaks = peaks[(peaks > _LOWEST_SHARE * samples) & (peaks < 0.75 * samples)]
     # with few laps the peaks lie a little beside the period
     nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_PEAKS]]

@@ -236,7 +236,7 @@ def _without_terms(data: AxisData, fitted: FittedModel, kept: Sequence[bool]) ->
         axis=axis,
         terms=terms,
         predicted=predicted,
-        derivatives=fitted.derivatives[:, columns],
+        rows=(fitted.derivatives.T[columns],),
         free=fitted.free[columns],
         error=float(residual @ residual),
     )

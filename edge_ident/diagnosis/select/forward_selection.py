@@ -234,7 +234,7 @@ def polished(search: Search, fitted: FittedModel) -> FittedModel:
         # the inertia may be free beside this term, and not without it
         others = np.delete(fitted.jacobian, fitted.columns_of(place), axis=1)[search.data.valid]
         basis = orthonormal(others)
-        subspace = replace(ResidualSubspace.of(search.data, rest), basis=basis, key=None)
+        subspace = replace(ResidualSubspace.of(search.data, rest), basis=basis, adds_up=False)
         better = _best(search, subspace, term)
         terms = (*fitted.terms[:place], better.term, *fitted.terms[place + 1 :])
         candidate = search.fit(fitted.base, terms)

@@ -71,7 +71,7 @@ def moved(axis: AxisModel, place: int, name: str) -> AxisModel:
 def test_derivatives_are_those_of_the_whole_model(data: AxisData, terms: tuple[Term, ...]) -> None:
     axis = AxisModel((RIGID, *terms))
     linear = [LINEAR[t.effect] for t in terms]
-    found = derivatives(data, axis, data.predicted(axis), linear)
+    found = np.vstack(derivatives(data, axis, data.predicted(axis), linear)).T
     places = [(0, name) for name in PARAMETERS]
     places += [(k, name) for k, names in enumerate(linear, 1) for name in names]
     base, timing = len(PARAMETERS), len(data.segments)

@@ -32,7 +32,7 @@ def taken_over(search: Search, data: AxisData, candidate: Candidate) -> bool:
     axis = fitted_base(data, TEMPLATE).axis
     rows = search.searched.rows(data, axis, candidate, search.grids[candidate])
     np.testing.assert_array_equal(rows, grid_rows(data, axis, candidate, search.grids[candidate]))
-    return np.shares_memory(rows, search.library.stack.rows)
+    return np.shares_memory(rows, search.library[candidate])
 
 
 def test_what_follows_from_the_motion_is_taken_over(search: Search) -> None:

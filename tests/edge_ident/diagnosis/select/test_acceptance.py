@@ -151,7 +151,7 @@ def accepted(data: AxisData, regressors: np.ndarray) -> bool:
         own=solved[4:5],
         terms=(replace(RIPPLE, linear=linear),),
         predicted=predicted,
-        derivatives=jacobian,
+        rows=(jacobian.T,),
         free=np.ones(jacobian.shape[1], dtype=np.bool_),
         error=float(left @ left),
     )
