@@ -34,7 +34,7 @@ from edge_ident.diagnosis.judge.above_band_causes import (
 from edge_ident.diagnosis.judge.causes import causes, not_testable, strongest_first
 from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.measures import Validation, Verdict
-from edge_ident.diagnosis.nuisances import may_differ, shift_of_zero, timing_differs, zero_differs
+from edge_ident.diagnosis.nuisances import Difference, difference
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
@@ -46,8 +46,6 @@ from edge_ident.diagnosis.result import AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.diagnosis.validation import Judged, with_curves, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
-from edge_ident.errors import DataError
-from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import made_physical
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Term
@@ -93,8 +91,6 @@ class AxisProblem:
 def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """Diagnose one axis.
 
-    Where several recordings stay unexplained, it says which are late and which are not.
-
     Raises
     ------
     DataError
@@ -102,34 +98,9 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
     """
     axis, validation = _in_band(problem)
     if axis.verdict is Verdict.UNEXPLAINED:
-        differ = _own_timing(problem, axis.model)
         verdict = Verdict.PARTLY_EXPLAINED if axis.causes or axis.curves else axis.verdict
-        axis = replace(axis, verdict=verdict, findings=(*differ, *axis.findings))
+        axis = replace(axis, verdict=verdict)
     return axis, validation
-
-
-def _own_timing(problem: AxisProblem, model: AxisModel) -> list[Finding]:
-    """Which of several recordings are late, and others are not, from a diagnosis of each alone.
-
-    Parameters
-    ----------
-    model : AxisModel
-        Of all of them.
-    """
-    segments = problem.data.segments
-    clocks = dict.fromkeys(s.motion.clock for s in segments)
-    if len(clocks) == 1 or not may_differ(problem.data, model):
-        return []
-    alone = {}
-    for clock in clocks:
-        pairs = zip(problem.recordings, segments, strict=True)
-        parts = [recording for recording, s in pairs if s.motion.clock == clock]
-        one = replace(problem, recordings=parts, validates=())
-        try:
-            alone[parts[0].source] = _in_band(one)[0]
-        except DataError:  # it is too short to be diagnosed alone
-            continue
-    return timing_differs(alone)
 
 
 @dataclass(frozen=True)
@@ -177,7 +148,7 @@ def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
         model = carried.supported.model
         carried = judge_elsewhere(data, other, start, carried.supported, tolerance)
         if carried.unexplained or carried.suspected:
-            found = _with_other_zero(problem, found, shift_of_zero(data, other, model, tolerance))
+            found = _with_difference(problem, found, difference(data, other, model, tolerance))
     base = start if start.template is template else fitted_base(data, template)
     curves: tuple[AgreeingCurve, ...] = ()
     if carried.verdict(found.judged.verdict) is Verdict.UNEXPLAINED and not found.blocked:
@@ -187,12 +158,14 @@ def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     return with_band_content(result, content, template, tolerance), carried.validation
 
 
-def _with_other_zero(problem: AxisProblem, found: AxisSearch, shift: float | None) -> AxisSearch:
-    """The search with the finding that the other recording has another zero, if it has."""
-    if shift is None:
+def _with_difference(
+    problem: AxisProblem, found: AxisSearch, difference: Difference | None
+) -> AxisSearch:
+    """The search with the finding on what is not as in the other recording."""
+    if difference is None:
         return found
     recording, reference = problem.validates[0], problem.recordings[0]
-    differs = zero_differs(recording, reference, problem.name, shift, blocks=False)
+    differs = difference.finding(recording, reference, problem.name, blocks=False)
     return replace(found, checks=(*found.checks, differs))
 
 

@@ -19,22 +19,14 @@ from edge_ident.diagnosis.fit.summary import base_space, own_shares
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.measures import Verdict
-from edge_ident.diagnosis.nuisances import (
-    filter_instead,
-    own_values,
-    scale_differs,
-    zero_differs,
-    zero_instead,
-)
+from edge_ident.diagnosis.nuisances import differences, instead_of_causes, own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.recording_checks import findings, undetermined_delay
+from edge_ident.diagnosis.recording_checks import findings
 from edge_ident.diagnosis.select.second_looks import (
     adequate_data,
     data_beside_causes,
     delayed_data,
     own_friction_data,
-    scale_instead,
-    shift_instead,
     without_massless_payloads,
 )
 from edge_ident.diagnosis.select.selection import (
@@ -142,34 +134,34 @@ def _judged(
     floor = noise_floor(search.data, start, float(model.base[0]))
     floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
     checks = findings(recordings, name, search.data, model, efforts)
-    if (instead := shift_instead(selected)) is not None:
-        checks = (*checks, undetermined_delay(*instead))
-    if _blocked(checks) is None:
-        if (scaled := scale_instead(selected, rules.tolerance)) is not None:
-            checks = (*checks, scale_differs(recordings[scaled.place].source, scaled))
-        else:
-            checks = (*checks, *own_values(recordings, name, search.data, model))
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
-    if judged.verdict is Verdict.ADEQUATE or _blocked(checks) is not None:
-        return AxisSearch(selected, floor, checks, judged)
-    if (smoothed := filter_instead(selected, rules.tolerance)) is not None:
-        checks = (*checks, smoothed)
-    elif judged.verdict is Verdict.UNEXPLAINED:
-        checks = (*checks, *_other_zero(recordings, name, selected, rules.tolerance))
-    if _blocked(checks) is not None:
-        judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
+    if _blocked(checks) is None:
+        checks = (
+            *checks,
+            *_of_their_own(recordings, name, selected, judged.verdict, rules.tolerance),
+        )
+        if _blocked(checks) is not None:
+            judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)
 
 
-def _other_zero(
-    recordings: Sequence[Recording], name: str, selected: Selected, tolerance: float
+def _of_their_own(
+    recordings: Sequence[Recording],
+    name: str,
+    selected: Selected,
+    verdict: Verdict,
+    tolerance: float,
 ) -> list[Finding]:
-    """What another zero of a recording forbids, if it has one."""
-    found = zero_instead(selected, tolerance)
-    if found is None:
-        return []
-    recording, reference = recordings[found.place], recordings[0]
-    return [zero_differs(recording, reference, name, found.shift, blocks=True)]
+    """What the recordings have of their own and is no cause."""
+    if verdict is not Verdict.ADEQUATE:
+        instead = instead_of_causes(selected, tolerance)
+        if instead is not None:
+            return [instead]
+        anew = verdict is Verdict.UNEXPLAINED
+        differ = differences(recordings, name, selected, tolerance, anew=anew)
+        if differ:
+            return differ
+    return own_values(recordings, name, selected.search.data, selected.supported.model)
 
 
 def _blocked(checks: Sequence[Finding]) -> str | None:

@@ -1,6 +1,6 @@
 """Checks of a diagnosed axis: what speaks against any cause, or limits what the recording shows."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Final
@@ -77,11 +77,11 @@ def findings(
     found: list[Finding] = []
     columns = base_regressor(data)
     related = _explains(data, extended)
-    for effort, (recording, segment, part) in zip(efforts, _parts(recordings, data), strict=True):
-        found += (f for f in effort if f.code != UNRELATED or not related)
-        laws = _controllers_law(
-            recording, recording.axes[name], segment, data.effort[part], columns[part]
-        )
+    parts = map(data.by_segment, (data.effort, columns))
+    every = zip(efforts, recordings, data.segments, *parts, strict=True)
+    for said, recording, segment, effort, regressor in every:
+        found += (f for f in said if f.code != UNRELATED or not related)
+        laws = _controllers_law(recording, recording.axes[name], segment, effort, regressor)
         found += _naming(recording, laws, len(recordings) > 1)
     if not any(finding.blocks for finding in found):
         found += _unphysical(data, columns, extended)
@@ -215,53 +215,19 @@ def _unphysical(data: AxisData, columns: Array, extended: FittedModel) -> list[F
     return unphysical(unbounded(jacobian, (data.effort - others)[data.valid]))
 
 
-def undetermined_delay(late_s: float, left: float) -> Finding:
-    """What forbids to name causes that a shift of the effort explains about as well.
-
-    Parameters
-    ----------
-    late_s : float
-        By which the effort is late then.
-    left : float
-        What the base model leaves then, rms, over the effort's.
-    """
-    return Finding(
-        "undetermined_delay",
-        f"{'later' if late_s > 0.0 else 'earlier'} by {abs(late_s):.2g} s the effort fits the "
-        f"motion about as well without any cause: {left:.1%} of it is left. The motion has one "
-        "frequency, and so cannot tell a cause from two columns with clocks of their own",
-        "record a motion of several frequencies, such as --motion multisine, and both columns at "
-        "once",
-        blocks=True,
-    )
-
-
-def _parts(
-    recordings: Sequence[Recording], data: AxisData
-) -> Iterator[tuple[Recording, Segment, slice]]:
-    """Each recording with its segment and the samples that it has among all."""
-    first = 0
-    for recording, segment in zip(recordings, data.segments, strict=True):
-        last = first + len(segment.sample_index)
-        yield recording, segment, slice(first, last)
-        first = last
-
-
 def _controllers_law(
     recording: Recording, axis: AxisRecord, segment: Segment, effort: Array, regressor: Array
 ) -> list[Finding]:
     """Whether the effort follows from the motion by a controller's law as well as by dynamics."""
-    law = feedback_law(segment, effort, regressor, axis.position_unit == "rad")
+    effort_unit, unit = axis.effort_unit, axis.position_unit
+    law = feedback_law(segment, effort, regressor, unit == "rad")
     if not law.describes or _driven_by_reference(recording, axis, segment.cutoff_hz):
         return []
-    gains = [
-        f"{gain:.3g} {axis.effort_unit} per {unit} of {signal}"
-        for gain, unit, signal in (
-            (law.velocity_gain, f"{axis.position_unit}/s", "speed"),
-            (law.position_gain, axis.position_unit, "position"),
-        )
-        if gain > 0.0
-    ]
+    gains = []
+    if law.velocity_gain > 0.0:
+        gains.append(f"{law.velocity_gain:.3g} {effort_unit} per {unit}/s of speed")
+    if law.position_gain > 0.0:
+        gains.append(f"{law.position_gain:.3g} {effort_unit} per {unit} of position")
     return [
         Finding(
             "feedback_law",

@@ -1,19 +1,16 @@
-"""Second looks beside the causes that were found: a delay, another shift, own friction or scale."""
+"""Second looks beside the causes that were found: a delay, another shift, friction of its own."""
 
-import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from operator import is_
 from typing import Final
 
 import numpy as np
-import scipy.optimize
 
 from edge_ident.diagnosis.fit.candidates import own_parameters
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, bounds, delayed, fit
-from edge_ident.diagnosis.fit.linear import solve_within
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, delayed, fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.refinement import delay, fit_late
 from edge_ident.diagnosis.fit.summary import base_space, nonzero_rms, own_shares
@@ -28,12 +25,12 @@ from edge_ident.diagnosis.prepare.timing import (
     out_of_step,
     untold,
 )
-from edge_ident.diagnosis.select.acceptance import about_alike, structure_left
+from edge_ident.diagnosis.select.acceptance import structure_left
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.selection import Selected, fitted_base
 from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE
 from edge_ident.model.effects import named
-from edge_ident.model.model import PARAMETERS, AxisModel
+from edge_ident.model.model import AxisModel
 from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.timing import STEPS_PER_PERIOD, within_limits
@@ -67,7 +64,7 @@ def delayed_data(selected: Selected) -> AxisData | None:
     search, start, data = selected.search, selected.start, selected.search.data
     if data.late or delayed(start.template):
         return None
-    from_s = _along_one_sinusoid(selected)
+    from_s = along_one_sinusoid(selected)
     recorded = _out_of_step(data, 0.0)
     if from_s:
         recorded = recorded.without_ends(from_s)
@@ -79,40 +76,6 @@ def delayed_data(selected: Selected) -> AxisData | None:
         if beyond and _mean(model, recorded) < (1.0 - SHARE_OF_DELAY) * _mean(without, data):
             return _out_of_step(data, late_s).without_ends(late_s)
     return None
-
-
-def shift_instead(selected: Selected) -> tuple[float, float] | None:
-    """A shift of the effort that explains, alone, about as much as causes along one sinusoid.
-
-    Parameters
-    ----------
-    selected : Selected
-        Without a delay.
-
-    Returns
-    -------
-    tuple of 2 floats, or None
-        By how many s the effort is late then, and what the base model leaves, rms, over the
-        effort's. None where the causes explain decidedly more.
-    """
-    search, model, data = selected.search, selected.supported.model, selected.search.data
-    from_s = 0.0 if selected.late or not model.terms else _along_one_sinusoid(selected)
-    if not from_s:
-        return None
-
-    step_s = _step_s(data)
-    around, inner = (from_s - step_s, from_s + step_s), data.without_ends(abs(from_s) + step_s)
-
-    def moved(late_s: float) -> FittedModel:
-        segments = tuple(s.in_step(float(late_s)) for s in inner.segments)
-        return fitted_base(inner.with_efforts_of(segments), selected.start.template)
-
-    best = scipy.optimize.minimize_scalar(lambda s: _mean(moved(s), inner), bounds=around)
-    criterion, samples = search.criterion, np.count_nonzero(data.valid)
-    shift = math.log(criterion.samples)
-    if criterion.misfit(samples * best.fun) + shift > criterion.value(model) + DECISIVE.value:
-        return None
-    return float(best.x), math.sqrt(best.fun) / nonzero_rms(data.effort[data.valid])
 
 
 def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[FittedTerm, ...]]:
@@ -137,7 +100,7 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
         yield (*vibrations, *causes[:count])
 
 
-def _along_one_sinusoid(selected: Selected) -> float:
+def along_one_sinusoid(selected: Selected) -> float:
     """The shift in s at which the base model leaves least along one sinusoid, if it leaves more
     than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
     search, kept = selected.search, selected.search.data.results
@@ -146,11 +109,11 @@ def _along_one_sinusoid(selected: Selected) -> float:
         return 0.0
     if far_shift_s not in kept:
         reach_s = search.excitation.quarter_turn_s
-        kept[far_shift_s] = far_shift_s(search.data.segments, _step_s(search.data), reach_s)
+        kept[far_shift_s] = far_shift_s(search.data.segments, shift_step_s(search.data), reach_s)
     return float(kept[far_shift_s])
 
 
-def _step_s(data: AxisData) -> float:
+def shift_step_s(data: AxisData) -> float:
     """Between shifts that are tried."""
     return 1.0 / (STEPS_PER_PERIOD * max(s.cutoff_hz for s in data.segments))
 
@@ -217,26 +180,39 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
         None where no other shift explains decidedly more than the selected model.
     """
     search, start, data = selected.search, selected.start, selected.search.data
-    if data.late or delayed(selected.supported.model.axis):
+    model = selected.supported.model
+    best, found = search.criterion.value(model) - DECISIVE.value, None
+    if delayed(model.axis):
         return None
-    best, found = search.criterion.value(selected.supported.model) - DECISIVE.value, None
     for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
-        moved, model = _moved_beside(data, start, beside)
-        value = replace(search.criterion, data=moved).value(model)
+
+        def fitted(to: AxisData, beside: tuple[FittedTerm, ...] = beside) -> FittedModel:
+            return fit(to, start.template, start.base, beside)
+
+        moved = in_step_beside(data, fitted(data).axis, lambda to: fitted(to).axis)
+        value = replace(search.criterion, data=moved).value(fitted(moved))
         if moved is not data and value < best:
             best, found = value, moved
     return found
 
 
-def in_step_beside(data: AxisData, axis: AxisModel) -> AxisData:
-    """The data of an axis with every effort in step beside the terms of a known model."""
-    if data.late or delayed(axis):
-        return data
-    for _ in range(MOST_MOVES):
+def in_step_beside(
+    data: AxisData, axis: AxisModel, anew: Callable[[AxisData], AxisModel] | None = None
+) -> AxisData:
+    """The data of an axis with every effort in step beside the terms of a model.
+
+    Parameters
+    ----------
+    data : AxisData
+    axis : AxisModel
+    anew : callable, optional
+        The model of data that were moved; else it stays as it is.
+    """
+    for _ in range(0 if data.late or delayed(axis) else MOST_MOVES):
         moved = _moved(data, partial(moved_beside, axis=axis))
         if moved is data:
             break
-        data = moved
+        data, axis = moved, anew(moved) if anew else axis
     return data
 
 
@@ -252,19 +228,6 @@ def _moved(data: AxisData, move: Callable[[Segment], Segment]) -> AxisData:
     """The data with every recording moved in time; itself where none moves."""
     segments = tuple(map(move, data.segments))
     return data if all(map(is_, segments, data.segments)) else data.with_efforts_of(segments)
-
-
-def _moved_beside(
-    data: AxisData, start: FittedModel, beside: tuple[FittedTerm, ...]
-) -> tuple[AxisData, FittedModel]:
-    """The data with every effort in step beside some causes, and the model of these."""
-    model = fit(data, start.template, start.base, beside)
-    for _ in range(MOST_MOVES):
-        moved = _moved(data, partial(moved_beside, axis=model.axis))
-        if moved is data:
-            break
-        data, model = moved, fit(moved, start.template, model.base, beside)
-    return data, model
 
 
 # Whether each of several recordings has friction of its own.
@@ -321,135 +284,3 @@ def without_massless_payloads(selected: Selected) -> Selected:
         return selected
     fitted = search.fit(model.base, tuple(model.terms[place] for place in kept))
     return replace(selected, supported=selected.supported.of(fitted, kept))
-
-
-# Whether one of several recordings has a column in another scale.
-#
-# A torque constant, a rated torque or a gain that differs makes inertia and all friction differ by
-# one factor; a gear ratio or a resolution of the encoder, inertia and viscous friction; a sampling
-# period, the inertia by its square. A payload and friction of their own for the recordings explain
-# that, too, and need more parameters for it.
-
-_CHANGED: Final[Mapping[str, tuple[str, ...]]] = {
-    "effort": (),
-    "position": ("inertia", "viscous_friction"),
-    "time": ("inertia", "inertia", "viscous_friction"),
-}
-"""Base parameters that are larger by the factor of the time, or smaller by that of the position,
-each time that they are named; by that of an effort, all are larger."""
-
-
-@dataclass(frozen=True)
-class OwnScale:
-    """A column of one recording is larger than in the others.
-
-    Attributes
-    ----------
-    column : {"effort", "position", "time"}
-    place : int
-        Of the recording.
-    factor : float
-    """
-
-    column: str
-    place: int
-    factor: float
-
-
-def scale_instead(selected: Selected, tolerance: float) -> OwnScale | None:
-    """A factor of one recording that explains about as much as a changed base model.
-
-    Parameters
-    ----------
-    selected : Selected
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
-
-    Returns
-    -------
-    OwnScale or None
-        None where no base parameter differs between the recordings, a factor explains decidedly
-        less, or it is too near to one to be worth naming.
-    """
-    search, model = selected.search, selected.supported.model
-    data, criterion = search.data, search.criterion
-    others = tuple(t for t in model.terms if not named(t.candidate.effect).changes_base)
-    loads = [t for t in model.terms if named(t.candidate.effect).changes_base]
-    differ = len(data.own) - 1 + sum(len({*t.linear} - {"offset"}) for t in loads)
-    if len(data.segments) == 1 or not differ:
-        return None
-    same = replace(data, own=("offset",), cache={})
-    common = fit(same, search.template, model.base, others)
-    found = {each: error for each, error in _scales(same, common, bool(loads) and differ > 1)}
-    best, error = min(found.items(), key=lambda pair: pair[1])
-    if abs(math.log(best.factor)) <= tolerance:
-        return None
-    penalties = sum(criterion.penalty(t.candidate) for t in others) + math.log(criterion.samples)
-    decided = criterion.misfit(error) + penalties > criterion.value(model) + DECISIVE.value
-    told = best.column == "effort" or len(data.own) > 1  # a payload has no viscous friction
-    if decided and not (told and _within_formula(data, model, (common.error, error), tolerance)):
-        return None
-    return best
-
-
-def _within_formula(
-    data: AxisData, model: FittedModel, errors: tuple[float, float], tolerance: float
-) -> bool:
-    """Whether a model with a payload worth naming leaves less than one factor does by no more than
-    is worth naming, and than a small share of what it explains: what its formula may be off.
-
-    Parameters
-    ----------
-    errors : tuple of 2 floats
-        Of the common base model without a factor, and with it.
-    """
-    places = [k for k, t in enumerate(model.terms) if named(t.candidate.effect).changes_base]
-    least = tolerance * nonzero_rms(data.effort[data.valid])
-    own = [
-        model.jacobian[:, model.columns_of(k)] @ [*model.terms[k].linear.values()] for k in places
-    ]
-    if not any(nonzero_rms(each[data.valid]) > least for each in own):
-        return False
-    off = max(named(model.terms[k].candidate.effect).search.discrepancy for k in places)
-    without, scaled = errors
-    worth_naming = np.count_nonzero(data.valid) * least**2
-    return about_alike(scaled - model.error, without - model.error, off, worth_naming)
-
-
-def _scales(data: AxisData, model: FittedModel, every: bool) -> Iterator[tuple[OwnScale, float]]:
-    """The best factor of each column and recording, and the sum of squares that it leaves.
-
-    Parameters
-    ----------
-    model : FittedModel
-        With one base model for all recordings.
-    every : bool
-        Whether a factor of the position or of the time is asked for.
-    """
-    jacobian, linear = model.derivatives[data.valid], model.linear_parameters
-    low, high = bounds(data, model.template, model.terms)
-    rest = model.predicted[data.valid] - jacobian @ linear
-    effort, recording = data.effort[data.valid], data.recording[data.valid]
-    own = np.zeros(len(linear), dtype=np.bool_)
-    own[model.base_columns.start : model.base_columns.stop] = True
-    own[: len(model.base)] = False
-
-    def left(logarithm: float, place: int, column: str) -> float:
-        here, factor = recording == place, math.exp(logarithm)
-        weights = np.where(own, 1.0, factor)
-        target = effort - rest * np.where(here, factor, 1.0)
-        if _CHANGED[column]:
-            weights, target = np.ones(len(linear)), effort - rest
-        for name in _CHANGED[column]:
-            weights[PARAMETERS.index(name)] *= factor if column == "time" else 1.0 / factor
-        columns = jacobian * np.where(here[:, None], weights, 1.0)
-        fitted = columns @ solve_within(columns, target, low, high).solution
-        return float(np.sum(np.square(target - fitted)))
-
-    # of two recordings, either one may be it
-    last = len(data.segments) - 1
-    for column, changed in _CHANGED.items():
-        if every or not changed:
-            for place in range(last + 1) if last > 1 else (last,):
-                best = scipy.optimize.minimize_scalar(left, args=(place, column))
-                yield OwnScale(column, place, math.exp(best.x)), float(best.fun)

@@ -24,7 +24,7 @@ def test_the_recording_that_is_late_is_named(weight: float) -> None:
     (said,) = [each for each in axis.findings if each.code == "timing_differs"]
     assert not axis.verdict.complete
     assert said.message.startswith("the effort of 2.csv is 20")
-    assert "ms late, and that of 1.csv is not" in said.message
+    assert "ms later, beside its motion, than that of 1.csv" in said.message
 
 
 def test_recordings_that_are_late_alike_have_one_delay() -> None:
