@@ -33,20 +33,16 @@ def fitted_anew(model: FittedModel) -> list[int]:
     return [k for k, name in enumerate(PARAMETERS) if name in {"offset", *changed}]
 
 
-def residual_elsewhere(
-    other: AxisData, model: FittedModel, anew: list[int], moved: AxisData | None = None
-) -> Array:
+def residual_elsewhere(other: AxisData, model: FittedModel, anew: list[int]) -> Array:
     """What a model leaves at the valid samples of another recording, its timing fitted anew.
 
     Parameters
     ----------
     anew : list of int
         Places of base parameters that are fitted anew, too.
-    moved : AxisData, optional
-        The other recording with another motion, which the model follows then.
     """
     axis = _carried_axis(model.axis)
-    residual = (other.effort - (moved or other).predicted(axis))[other.valid]
+    residual = (other.effort - other.predicted(axis))[other.valid]
     columns = np.hstack([base_regressor(other)[:, anew], own_columns(other)])[other.valid]
     own_low, own_high = own_limits(other, shifted=not delayed(axis))
     least = [-axis.parameters[k] if POSITIVE[k] else -np.inf for k in anew]
@@ -78,12 +74,7 @@ twenty is off by more."""
 
 
 def structure_elsewhere(
-    data: AxisData,
-    other: AxisData,
-    model: FittedModel,
-    left: Array,
-    anew: list[int],
-    tolerance: float,
+    data: AxisData, other: AxisData, model: FittedModel, tolerance: float
 ) -> bool:
     """Whether a model leaves structure of another recording than that to which it was fitted.
 
@@ -92,19 +83,16 @@ def structure_elsewhere(
     data, other : AxisData
         The recording to which the model was fitted, and the other one.
     model : FittedModel
-    left : (m,) array
-        What it leaves at the valid samples of the other one.
-    anew : list of int
-        Places of the base parameters that were fitted anew to that.
     tolerance : float
         Smallest share of the rms effort that is worth naming.
     """
+    anew = fitted_anew(model)
     there = fit(other, model.template, model.base, lasting_terms(model))
     unsure = _unsure(data, model, other, there, anew)
-    left = _without_drift(other, model, left, anew)
-    there = replace(there, error=float(left @ left))
+    left = _without_drift(other, model, residual_elsewhere(other, model, anew), anew)
     base = fit(other, model.template, model.base, ())
-    return leaves_structure(other, base, there, tolerance, unsure)
+    left_there = replace(there, error=float(left @ left))
+    return leaves_structure(other, base, left_there, tolerance, unsure)
 
 
 def leaves_structure(

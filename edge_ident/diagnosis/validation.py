@@ -53,6 +53,10 @@ Array = NDArray[np.float64]
 
 
 _UNSIZED: Final = "beside what carries over, its size is as uncertain as it is large"
+_WORSE: Final = "with it the model predicts the other recording worse than the base model does"
+_NOT_JUDGED: Final = (
+    "it is tied to the time of its recording, and another one says nothing about it"
+)
 
 
 @dataclass(frozen=True)
@@ -107,8 +111,8 @@ def judge(
     """
     model = supported.model
     other = in_step_beside(other, model.axis)
-    carried = carry_over(data, other, base, model)
-    lost = [k for k in range(len(model.terms)) if k not in carried.kept]
+    found, kept, validation = carry_over(data, other, base, model)
+    lost = [k for k in range(len(model.terms)) if k not in kept]
     suspected: tuple[Cause, ...] = ()
     if lost:
         every = causes(
@@ -116,40 +120,17 @@ def judge(
             own_shares(data, model, base_space(data, base)),
             standard_deviations(data, model),
         )
-        suspected = strongest_first(
-            replace(every[k], decision=carried.validation.causes[k].reason) for k in lost
-        )
-    anew = fitted_anew(carried.model)
-    left = residual_elsewhere(other, carried.model, anew)
-    return Judged(
-        supported.of(carried.model, carried.kept),
-        suspected,
-        carried.validation,
-        structure_elsewhere(data, other, carried.model, left, anew, tolerance)
-        or bool(lost and leaves_structure(data, base, carried.model, tolerance)),
-    )
+        reasons = {k: validation.causes[k].reason for k in lost}
+        suspected = strongest_first(replace(every[k], decision=reasons[k]) for k in lost)
+    unexplained = structure_elsewhere(data, other, found, tolerance)
+    if lost and leaves_structure(data, base, found, tolerance):
+        unexplained = True
+    return Judged(supported.of(found, kept), suspected, validation, unexplained)
 
 
-@dataclass(frozen=True)
-class Carried:
-    """What is left of a model after another recording has judged it.
-
-    Attributes
-    ----------
-    model : FittedModel
-        Fitted to the first recording, with the terms that carry over and those tied to time.
-    kept : tuple of int
-        Places of its terms in the model that was judged.
-    validation : Validation
-        Its causes are in the order of that model's terms.
-    """
-
-    model: FittedModel
-    kept: tuple[int, ...]
-    validation: Validation
-
-
-def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: FittedModel) -> Carried:
+def carry_over(
+    data: AxisData, other: AxisData, base: FittedModel, model: FittedModel
+) -> tuple[FittedModel, list[int], Validation]:
     """Let another recording judge the terms of a model.
 
     Parameters
@@ -162,114 +143,98 @@ def carry_over(data: AxisData, other: AxisData, base: FittedModel, model: Fitted
         Fitted without any added term.
     model : FittedModel
         Without external vibrations.
+
+    Returns
+    -------
+    FittedModel
+        With the terms that carry over, and those tied to time.
+    list of int
+        Their places in the model that was judged.
+    Validation
+        Its causes are in the order of that model's terms.
     """
-    kept = tuple(range(len(model.terms)))
-    start, left = (residual_elsewhere(other, m, fitted_anew(model)) for m in (base, model))
-    found, as_found = model, left
-    judged = {k: _not_judged(t.candidate.effect) for k, t in enumerate(model.terms)}
-    while weighed := _weighed(data, other, found, kept, left):
-        judged |= {k: one.cause for k, one in weighed.items()}
-        doubtful = weighed
-        if rms(left) <= rms(start):
-            doubtful = {k: one for k, one in weighed.items() if not one.cause.carries_over}
-        if not doubtful and found is not model:
-            doubtful = _unsized(data, found, kept, weighed)
+    anew, scale = fitted_anew(model), nonzero_rms(other.effort[other.valid])
+    start, as_found = (residual_elsewhere(other, m, anew) for m in (base, model))
+    found, left, kept = model, as_found, list(range(len(model.terms)))
+    effects = [t.candidate.effect for t in model.terms]
+    judged = [CarriedCause(name, None, None, None, None, _NOT_JUDGED) for name in effects]
+    while True:
+        lasting = [i for i, k in enumerate(kept) if not named(effects[k]).tied_to_time]
+        less = {i: fit(data, found.template, found.base, found.without(i)) for i in lasting}
+        parts = _parts_elsewhere(other, left, anew, less)
+        for i, part in parts.items():
+            without, gain = rms(part.residual) / scale, part.gain
+            judged[kept[i]] = CarriedCause(
+                effects[kept[i]], without, gain.value, gain.interval, part.agrees, part.reason
+            )
+        doubtful = {i: part.reason for i, part in parts.items() if not part.agrees}
+        if rms(left) > rms(start):
+            doubtful = dict.fromkeys(parts, _WORSE) | doubtful
+        elif not doubtful and found is not model:
+            unknown = enumerate(unsized(data, found))
+            doubtful = {i: _UNSIZED for i, doubt in unknown if doubt and i in parts}
         if not doubtful:
             break
-        worst = min(doubtful, key=lambda k: weighed[k].gain.interval[0])
-        judged[worst] = doubtful[worst].refused
-        found, left = doubtful[worst].without, doubtful[worst].residual
-        kept = tuple(k for k in kept if k != worst)
-    scale = nonzero_rms(other.effort[other.valid])
+        worst = min(doubtful, key=lambda i: parts[i].gain.interval[0])
+        refused = replace(judged[kept[worst]], carries_over=False, reason=doubtful[worst])
+        judged[kept.pop(worst)] = refused
+        found, left = less[worst], parts[worst].residual
     anew = sorted({*fitted_anew(found), *map(PARAMETERS.index, FRICTION)})
     of_base, of_found = (rms(residual_elsewhere(other, m, anew)) / scale for m in (base, found))
-    validation = Validation(
-        rms(start) / scale,
-        rms(left) / scale,
-        rms(as_found) / scale,
-        (of_base, of_found),
-        tuple(judged.values()),
-    )
-    return Carried(found, kept, validation)
+    base_left, left_in_all, found_left = (rms(r) / scale for r in (start, left, as_found))
+    anew_left = of_base, of_found
+    return found, kept, Validation(base_left, left_in_all, found_left, anew_left, tuple(judged))
+
+
+# What another recording says of the parts of a model: causes, and curves.
 
 
 @dataclass(frozen=True)
-class _Weighed:
-    """A term against the model fitted without it, and what that leaves of the other recording."""
+class _Part:
+    """What a model without a part leaves of another recording, and by how much the part reduces
+    that: as it predicts it, and once the base parameters are fitted to it."""
 
-    cause: CarriedCause
-    gain: Gain
-    without: FittedModel
     residual: Array
+    gain: Gain
+    refitted: Gain
 
     @property
-    def refused(self) -> CarriedCause:
-        """The cause, not carried over."""
-        if not self.cause.carries_over:
-            return self.cause
-        reason = "with it the model predicts the other recording worse than the base model does"
-        return replace(self.cause, carries_over=False, reason=reason)
+    def agrees(self) -> bool:
+        """Whether the part certainly makes the prediction better."""
+        return self.gain.certain or (self.gain.value > 0.0 and self.refitted.certain)
 
-
-def _unsized(
-    data: AxisData, model: FittedModel, places: tuple[int, ...], weighed: Mapping[int, _Weighed]
-) -> dict[int, _Weighed]:
-    """Terms that carry over, of which the first recording shows no certain size any more."""
-    unknown = [k for k, doubtful in zip(places, unsized(data, model), strict=True) if doubtful]
-    return {
-        k: replace(one, cause=replace(one.cause, carries_over=False, reason=_UNSIZED))
-        for k, one in weighed.items()
-        if k in unknown
-    }
-
-
-def _weighed(
-    data: AxisData, other: AxisData, model: FittedModel, places: tuple[int, ...], left: Array
-) -> dict[int, _Weighed]:
-    """Each term that is not tied to time, by its place in the model that is judged."""
-    scale, block = nonzero_rms(other.effort[other.valid]), other.block[other.valid]
-    columns = np.hstack([base_regressor(other), own_columns(other)])
-    basis = orthonormal(columns[other.valid])
-    found = {}
-    for k, place in enumerate(places):
-        effect = model.terms[k].candidate.effect
-        if named(effect).tied_to_time:
-            continue
-        less = fit(data, model.template, model.base, model.without(k))
-        without = residual_elsewhere(other, less, fitted_anew(model))
-        gain = gain_of(block, without, left)
-        refitted = gain_of(block, *(r - basis @ (basis.T @ r) for r in (without, left)))
-        carries = gain.certain or (gain.value > 0.0 and refitted.certain)
-        reason = _reason(gain, refitted if carries and not gain.certain else None)
-        cause = CarriedCause(
-            effect, rms(without) / scale, gain.value, gain.interval, carries, reason
-        )
-        found[place] = _Weighed(cause, gain, less, without)
-    return found
-
-
-def _reason(gain: Gain, refitted: Gain | None) -> str:
-    """The reason in words; `refitted` where that is what decides."""
-    low, high = gain.interval
-    if refitted is not None:
-        low, high = refitted.interval
+    @property
+    def reason(self) -> str:
+        """Why it does, or does not."""
+        low, high = self.gain.interval
+        if self.agrees and not self.gain.certain:
+            low, high = self.refitted.interval
+            return (
+                f"it reduces the residual of the other recording by {self.gain.value:.1%}, and by "
+                f"{low:.1%} to {high:.1%} once the base parameters are fitted to that recording"
+            )
+        if self.gain.certain:
+            return f"it reduces the residual of the other recording by {low:.1%} to {high:.1%}"
+        if high < 0.0:
+            return f"it raises the residual of the other recording by {-high:.1%} to {-low:.1%}"
         return (
-            f"it reduces the residual of the other recording by {gain.value:.1%}, and by {low:.1%} "
-            f"to {high:.1%} once the base parameters are fitted to that recording"
+            "it does not certainly reduce the residual of the other recording: by "
+            f"{low:.1%} to {high:.1%}"
         )
-    if gain.certain:
-        return f"it reduces the residual of the other recording by {low:.1%} to {high:.1%}"
-    if high < 0.0:
-        return f"it raises the residual of the other recording by {-high:.1%} to {-low:.1%}"
-    return (
-        "it does not certainly reduce the residual of the other recording: by "
-        f"{low:.1%} to {high:.1%}"
-    )
 
 
-def _not_judged(effect: str) -> CarriedCause:
-    reason = "it is tied to the time of its recording, and another one says nothing about it"
-    return CarriedCause(effect, None, None, None, None, reason)
+def _parts_elsewhere(
+    other: AxisData, left: Array, anew: list[int], without: Mapping[int, FittedModel]
+) -> dict[int, _Part]:
+    """Each part of a model that leaves so much of another recording, from the model without it."""
+    columns = np.hstack([base_regressor(other), own_columns(other)])
+    basis, block = orthonormal(columns[other.valid]), other.block[other.valid]
+    found = {}
+    for key, model in without.items():
+        residual = residual_elsewhere(other, model, anew)
+        refitted = (r - basis @ (basis.T @ r) for r in (residual, left))
+        found[key] = _Part(residual, gain_of(block, residual, left), gain_of(block, *refitted))
+    return found
 
 
 # In which of several recordings each cause of the common model shows.
@@ -332,29 +297,21 @@ def with_curves(
     """
     model = judged.supported.model
     found = curves_beside(data, model, floor)
-    if other is not None:
-        found = _holding(data, other, model, found)
+    if other is not None and found:
+        anew = fitted_anew(model)
+        left = residual_elsewhere(other, fitted_beside(data, model, found), anew)
+        less = {
+            k: fitted_beside(data, model, [one for one in found if one is not curve])
+            for k, curve in enumerate(found)
+        }
+        parts = _parts_elsewhere(other, left, anew, less)
+        found = tuple(curve for k, curve in enumerate(found) if parts[k].gain.certain)
     if not found:
         return judged, ()
     extended = fitted_beside(data, model, found)
     judged = replace(judged, supported=replace(judged.supported, model=extended))
     if other is not None and judged.validation is not None:
-        left = rms(residual_elsewhere(other, extended, fitted_anew(extended)))
-        scale = nonzero_rms(other.effort[other.valid])
-        judged = replace(judged, validation=replace(judged.validation, extended=left / scale))
+        left = residual_elsewhere(other, extended, fitted_anew(extended))
+        share = rms(left) / nonzero_rms(other.effort[other.valid])
+        judged = replace(judged, validation=replace(judged.validation, extended=share))
     return judged, found
-
-
-def _holding(
-    data: AxisData, other: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve]
-) -> tuple[AgreeingCurve, ...]:
-    """Curves without which the model certainly leaves more of another recording."""
-
-    def left(some: Sequence[AgreeingCurve]) -> Array:
-        extended = fitted_beside(data, model, some)
-        return residual_elsewhere(other, extended, fitted_anew(extended))
-
-    block, with_all = other.block[other.valid], left(curves)
-    without = (left([one for one in curves if one is not curve]) for curve in curves)
-    gains = (gain_of(block, residual, with_all) for residual in without)
-    return tuple(curve for curve, gain in zip(curves, gains, strict=True) if gain.certain)
