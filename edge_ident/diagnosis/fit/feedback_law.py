@@ -8,8 +8,7 @@ velocity is too high. It never acts before the motion that it answers. So does t
 that stands on its joint: what a law explains by an angle, the dynamics may explain by a weight.
 """
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -30,25 +29,24 @@ _EXPLAINS: Final = 0.7
 """Residual over the variation of the effort, up to which the law explains half of its variance."""
 
 
-@dataclass(frozen=True)
-class FeedbackLaw:
+class FeedbackLaw(NamedTuple):
     """The best causal law, and what it leaves.
 
     Attributes
     ----------
-    position_gain, velocity_gain : float
-        Effort per unit of position and velocity, never negative.
     over_base : float
         Residual over that of base model and weight with physical signs, the larger of two: with and
         without the strongest line of the motion. At one frequency any law describes any effort.
     left : float
         Residual over the variation of the effort, the larger of the same two.
+    position_gain, velocity_gain : float
+        Effort per unit of position and velocity, never negative.
     """
 
-    position_gain: float
-    velocity_gain: float
     over_base: float
     left: float
+    position_gain: float
+    velocity_gain: float
 
     @property
     def describes(self) -> bool:
@@ -84,16 +82,12 @@ def feedback_law(segment: Segment, effort: Array, regressor: Array, rotary: bool
     tone = np.stack([resting * np.sin(angle), resting * np.cos(angle)], axis=1)
     weight = _weight(segment)[valid] if rotary else np.empty((len(time_s), 0))
     dynamics = np.hstack([regressor[valid], -regressor[valid, 3:], weight, -weight])
-    laws = [
+    alone, beside_line = (
         _fitted(effort[valid], dynamics, answers, known)
         for known in (slow, np.hstack([slow, tone]))
-    ]
-    return FeedbackLaw(
-        laws[0].position_gain,
-        laws[0].velocity_gain,
-        max(law.over_base for law in laws),
-        max(law.left for law in laws),
     )
+    over_base, left, *_ = np.maximum(alone, beside_line).tolist()
+    return alone._replace(over_base=over_base, left=left)
 
 
 def _answer(segment: Segment, lag: float) -> Array:
@@ -122,15 +116,11 @@ def _fitted(effort: Array, regressor: Array, answers: list[Array], known: Array)
     target = beside(effort)
     variation = float(np.linalg.norm(target))
     columns, _ = unit_length(beside(regressor))
-    dynamics = scipy.optimize.nnls(columns, target)[1]
     floor = np.finfo(float).eps * float(np.linalg.norm(effort))
-    best = FeedbackLaw(0.0, 0.0, np.inf, np.inf)
+    dynamics = max(float(scipy.optimize.nnls(columns, target)[1]), floor)
+    laws = []
     for answer in answers:
         columns, length = unit_length(beside(answer))
         gains, left = scipy.optimize.nnls(columns, target)
-        over_base = float(left) / max(float(dynamics), floor)
-        if over_base < best.over_base:
-            gains = gains / length
-            share = float(left) / max(variation, floor)
-            best = FeedbackLaw(float(gains[0]), float(gains[1]), over_base, share)
-    return best
+        laws.append(FeedbackLaw(left / dynamics, left / max(variation, floor), *(gains / length)))
+    return min(laws)

@@ -108,15 +108,14 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
     clocked = zip(recordings, _clocks(recordings), strict=True)
     recorded = [_segment(each, name, clock) for each, clock in clocked]
     _check_enough(name, recorded)
-    found = in_time(recorded, move=timed)
-    segments = found.segments
+    segments, late_s = in_time(recorded, move=timed)
     _check_enough(name, segments)
     return AxisData(
         segments=segments,
         effort=np.concatenate([s.effort[s.sample_index] for s in segments]),
         valid=np.concatenate([s.valid for s in segments]),
         block=_blocks(segments),
-        late_s=found.late_s,
+        late_s=late_s,
         turning=frozenset.intersection(*(r.turning for r in recordings)),
     )
 

@@ -47,22 +47,7 @@ _KNOTS: Final = 4
 samples between each two. With 6 and 8 the shift changes by less than its deviation."""
 
 
-@dataclass(frozen=True)
-class Timed:
-    """Recordings whose effort is in step with their motion.
-
-    Attributes
-    ----------
-    segments : tuple of Segment
-    late_s : float
-        About how late one is, if by more than a controller's timing: then all stay. Else zero.
-    """
-
-    segments: tuple[Segment, ...]
-    late_s: float
-
-
-def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
+def in_time(segments: Sequence[Segment], *, move: bool) -> tuple[tuple[Segment, ...], float]:
     """Bring recordings in step with their motion, and find what a further shift would add.
 
     Parameters
@@ -70,14 +55,20 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> Timed:
     segments : sequence of Segment
     move : bool
         False leaves every effort where it is.
+
+    Returns
+    -------
+    tuple of Segment
+    float
+        About how late in s one is, if by more than a controller's timing: then all stay. Else zero.
     """
     shifts = tuple(_Signals.of(s).shift(s) for s in segments)
     for segment, shift in zip(segments, shifts, strict=True):
         if _late(segment, shift):
-            return Timed(tuple(map(out_of_step, segments, shifts)), shift.unlimited_s)
+            return tuple(map(out_of_step, segments, shifts)), shift.unlimited_s
     if move:
         segments = [_in_step(s) for s in segments]
-    return Timed(tuple(map(_with_timing, segments)), 0.0)
+    return tuple(map(_with_timing, segments)), 0.0
 
 
 def far_shift_s(segments: Sequence[Segment], step_s: float, reach_s: float) -> float:
