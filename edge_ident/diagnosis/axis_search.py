@@ -101,12 +101,11 @@ def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
     """What is selected where recordings may have friction of their own, and where the effort is
     shifted as it is beside the causes that were found: first those that the grids show."""
     first = first_selected(data, known)
-    data = data_beside_causes(first) or data
-    selected = selected_model(data, known, first.search)
+    selected = selected_model(data_beside_causes(first) or data, known, first)
     for other in (own_friction_data, data_beside_causes, delayed_data):
         moved = other(selected)
         if moved is not None:
-            again = selected_model(moved, known, selected.search)
+            again = selected_model(moved, known, selected)
             timed = _is_late(again, tolerance) or not moved.late
             rival = without_massless_payloads(selected) if other is own_friction_data else selected
             selected = again if timed and again.better_than(rival) else selected

@@ -68,7 +68,7 @@ class Cause:
     held_out_gain : float
         Relative reduction of the held-out residual's rms, against the model with all other causes.
     held_out_gain_interval : (float, float)
-        95 % interval of the block bootstrap.
+        95 % interval, over blocks of time.
     share : float
         Rms of the part of its contribution that the base model cannot express (orthogonal to its
         columns, timing included) over the rms of the effort.

@@ -40,10 +40,10 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.measures import CarriedCause, Validation, Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.physics import FRICTION
 from edge_ident.diagnosis.select.second_looks import in_step_beside
+from edge_ident.diagnosis.select.selection import SupportedModel
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.metrics import rms

@@ -223,10 +223,23 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class Gain:
-    """Relative reduction of a residual's rms, with its 95 % interval."""
+    """Relative reduction of a residual's rms by a model against a smaller one.
+
+    Attributes
+    ----------
+    value : float
+    interval : (float, float)
+        95 %.
+    supported : float
+        Probability that the residual falls.
+    one_off : bool
+        Computed from the fitted residual: what happens once cannot be predicted.
+    """
 
     value: float
     interval: tuple[float, float]
+    supported: float
+    one_off: bool = False
 
     @property
     def certain(self) -> bool:
@@ -252,12 +265,13 @@ def gain_of(block: NDArray[np.intp], before: Array, after: Array) -> Gain:
     ratio = 0.5 * np.log(total_new / total_old)
     blocks = len(old)
     if blocks < 2:
-        return Gain(float(1.0 - np.exp(ratio)), (-np.inf, 1.0))
+        return Gain(float(1.0 - np.exp(ratio)), (-np.inf, 1.0), 0.0)
     parts = 0.5 * (new / total_new - old / total_old)
-    std = np.sqrt(blocks / (blocks - 1.0) * float(parts @ parts))
+    std = max(np.sqrt(blocks / (blocks - 1.0) * float(parts @ parts)), _TINY)
     reach = float(scipy.special.stdtrit(blocks - 1, _LEVEL)) * std
     ends = (float(1.0 - np.exp(ratio + reach)), float(1.0 - np.exp(ratio - reach)))
-    return Gain(float(1.0 - np.exp(ratio)), ends)
+    supported = float(scipy.special.stdtr(blocks - 1, -ratio / std))
+    return Gain(float(1.0 - np.exp(ratio)), ends, supported)
 
 
 # Model discrepancy: how far the formulas of a model may be from the machine.

@@ -30,9 +30,9 @@ from edge_ident.diagnosis.select.cross_validation import (
     near_zero,
     unsized,
 )
-from edge_ident.diagnosis.select.forward_selection import polished
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import polished
 from edge_ident.diagnosis.select.thresholds import STIFF_CHAIN, TAKEN_BACK
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS

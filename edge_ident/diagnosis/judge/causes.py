@@ -13,8 +13,8 @@ from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.held_out import deviations_by_term
 from edge_ident.diagnosis.fit.linear import orthonormal
 from edge_ident.diagnosis.result import Cause, NotTestable
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.thresholds import DECISIVE, INDISTINGUISHABLE, NOT_TESTABLE
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import Term

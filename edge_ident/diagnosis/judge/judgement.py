@@ -23,7 +23,6 @@ from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.cross_validation import (
     evidence_for_terms,
     imitated,
@@ -31,6 +30,7 @@ from edge_ident.diagnosis.select.cross_validation import (
     tied_to_time,
 )
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 
 _UNSETTLED: Final = "the selection of causes did not converge: in another round others may stay"

@@ -35,8 +35,7 @@ class Evidence:
     criterion_gain : float
         Difference of the extended BIC, less model discrepancy (`select.criterion`).
     supported : float or None
-        Share of the bootstrap resamples in which the held-out residual falls; None where it has
-        not been computed.
+        Probability that the held-out residual falls; None where it has not been computed.
     one_off : bool
         Whether the change acts once, so that cross-validation does not apply.
     near_zero : tuple of str
@@ -91,7 +90,9 @@ def decide(
     staying : bool
         Whether the additional term is in the model already, and asks to stay.
     """
-    required = _required_gain(before, after, KEPT_TERM if staying else ADDED_TERM)
+    # what acts once is not cross-validated, so that the criterion alone decides
+    of_one_more = KEPT_TERM if staying and not evidence.one_off else ADDED_TERM
+    required = _required_gain(before, after, of_one_more)
     margin = evidence.criterion_gain - required
     reason = _criterion_reason(evidence.criterion_gain, required, staying)
     if not margin > 0.0:
@@ -105,8 +106,8 @@ def decide(
     if evidence.supported is None:
         return Decision(True, reason, margin)
     held_out = (
-        f"it reduces the held-out residual in {evidence.supported:.1%} of the resamples "
-        f"(more than {SUPPORTED.value:.0%} are required)"
+        f"it reduces the held-out residual with a probability of {evidence.supported:.1%} "
+        f"(more than {SUPPORTED.value:.0%} is required)"
     )
     if not evidence.supported > SUPPORTED.value:
         return Decision(False, held_out, margin)

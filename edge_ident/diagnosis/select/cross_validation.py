@@ -1,13 +1,8 @@
-"""Cross-validation of causes: whether they reduce the residual where they were not fitted.
-
-The residual is coloured, so intervals come from a bootstrap of whole blocks of time (Künsch, Annals
-of Statistics 17 (1989) 1217).
-"""
+"""Cross-validation of causes: whether they reduce the residual where they were not fitted."""
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import replace
 from itertools import chain, pairwise
 from typing import Final
 
@@ -17,7 +12,9 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.held_out import (
+    Gain,
     deviations_by_term,
+    gain_of,
     held_out_residuals,
     joint_deviation,
     standard_deviations,
@@ -28,13 +25,11 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.thresholds import (
-    BOOTSTRAP_SEED,
     HELD,
     MOST_EVENTS,
     NONZERO,
     ONE_OFF_BLOCKS,
     ONE_OFF_ENERGY,
-    RESAMPLES,
     SIZED,
 )
 from edge_ident.model.effects import named
@@ -46,30 +41,9 @@ Array = NDArray[np.float64]
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-@dataclass(frozen=True)
-class HeldOutGain:
-    """Relative reduction of the held-out residual's rms by a model against a smaller one.
-
-    Attributes
-    ----------
-    value : float
-    interval : (float, float)
-        95 % of the bootstrap resamples.
-    supported : float
-        Share of the resamples in which it is positive.
-    one_off : bool
-        Computed from the fitted residual instead: what happens once cannot be predicted.
-    """
-
-    value: float
-    interval: tuple[float, float]
-    supported: float
-    one_off: bool
-
-
 def held_out_gain(
     data: AxisData, before: FittedModel, after: FittedModel, after_held_out: Array | None = None
-) -> HeldOutGain:
+) -> Gain:
     """Compute the gain of a model over a smaller one.
 
     Parameters
@@ -79,9 +53,13 @@ def held_out_gain(
     """
     if is_one_off(data, after.predicted - before.predicted):
         old, new = data.effort - before.predicted, data.effort - after.predicted
-        return HeldOutGain(*_bootstrap(data, old, new), one_off=True)
+        return replace(_by_blocks(data, old, new), one_off=True)
     new = held_out_residuals(data, after) if after_held_out is None else after_held_out
-    return HeldOutGain(*_bootstrap(data, held_out_residuals(data, before), new), one_off=False)
+    return _by_blocks(data, held_out_residuals(data, before), new)
+
+
+def _by_blocks(data: AxisData, old: Array, new: Array) -> Gain:
+    return gain_of(data.block[data.valid], old[data.valid], new[data.valid])
 
 
 def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
@@ -128,27 +106,6 @@ def is_one_off(data: AxisData, effort: Array) -> bool:
     energy = np.sort(energy[present])[::-1]
     most = max(2, int(ONE_OFF_BLOCKS.value * len(energy)))
     return bool(np.sum(energy[:most]) > ONE_OFF_ENERGY.value * np.sum(energy))
-
-
-def _bootstrap(data: AxisData, old: Array, new: Array) -> tuple[float, tuple[float, float], float]:
-    """1 - rms(new)/rms(old), its 95 % interval, and the share of resamples above zero."""
-    blocks = data.block[data.valid]
-    sums = np.array([np.bincount(blocks, r[data.valid] ** 2) for r in (old, new)])
-    sums = sums[:, np.bincount(blocks) > 0]
-    before, after = sums @ _drawn(sums.shape[1])
-    gains = 1.0 - np.sqrt(after / np.maximum(before, _TINY))
-    value = 1.0 - np.sqrt(np.sum(sums[1]) / max(float(np.sum(sums[0])), _TINY))
-    low, high = np.percentile(gains, [2.5, 97.5])
-    return float(value), (float(low), float(high)), float(np.mean(gains > 0.0))
-
-
-@cache
-def _drawn(blocks: int) -> Array:
-    """How often each resample holds each block, (B, R)."""
-    rng = np.random.default_rng(BOOTSTRAP_SEED.value)
-    drawn = rng.integers(0, blocks, (RESAMPLES.value, blocks))
-    counts = [np.bincount(sample, minlength=blocks) for sample in drawn]
-    return np.array(counts, dtype=np.float64).T
 
 
 # Causes in time that friction or an extreme of the motion may imitate, or that are too many.
@@ -405,7 +362,7 @@ def may_be_held(segment: Segment, travel: float) -> NDArray[np.bool_]:
 
 def evidence_for_terms(
     search: Search, model: FittedModel
-) -> tuple[list[FittedModel], list[Evidence], list[HeldOutGain]]:
+) -> tuple[list[FittedModel], list[Evidence], list[Gain]]:
     """The models without each term, and the evidence for the term."""
     residuals = held_out_residuals(search.data, model)
     smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]

@@ -334,8 +334,6 @@ class Search:
         Regressors of each candidate at the points of its grid, and at those refined before.
     noise : float
         Sum of squares that noise alone leaves.
-    refines : bool
-        Whether nonlinear parameters are searched between the points of the grids.
     refinements : Refinements
         Candidates that were refined before.
     """
@@ -348,7 +346,6 @@ class Search:
     spectrum: Spectrum
     library: Library
     noise: float
-    refines: bool = True
     refinements: Refinements = field(default_factory=Refinements, compare=False)
 
     @classmethod
@@ -470,8 +467,6 @@ class Search:
 
     def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate at its best nonlinear parameters."""
-        if not self.refines and scored.candidate != VIBRATION:
-            return scored
         return self.refinements.refined(subspace, scored, self.grids[scored.candidate])
 
     def _within_bounds(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:

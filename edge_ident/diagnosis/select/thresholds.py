@@ -58,8 +58,8 @@ DECISIVE: Final = Threshold(
 )
 SUPPORTED: Final = Threshold(
     0.95,
-    "share of the bootstrap resamples",
-    "A cause reduces the held-out residual in more than this share.",
+    "probability",
+    "A cause reduces the held-out residual with more than this probability, over blocks of time.",
     "The usual level of significance of 5 %, one-sided.",
     "`test_acceptance.py`: regressors of noise are refused, a real one is not",
 )
@@ -213,17 +213,10 @@ BEAM_WIDTH: Final = Threshold(
     "Time.",
     "none needed: it bounds the effort of the search",
 )
-FOLLOWED: Final = Threshold(
-    2.5,
-    "least error",
-    "Worse models are not followed.",
-    "One term cannot catch up.",
-    "none needed: it bounds the effort of the search",
-)
 MOST_TERMS: Final = Threshold(
     6,
     "terms",
-    "Forward selection adds no more.",
+    "The search adds no more.",
     "Time.",
     "none needed: it bounds the effort of the search",
 )
@@ -248,33 +241,19 @@ SLIGHTEST: Final = Threshold(
     "Any parameter gains one by chance.",
     "none needed: it bounds the effort of the search",
 )
-MOST_ALTERNATIVES: Final = Threshold(
+MOST_FITTED: Final = Threshold(
     3,
-    "effects",
-    "So many are fitted.",
+    "candidates",
+    "So many are fitted to be added, or in the place of a term.",
     "Time.",
     "none needed: it bounds the effort of the search",
 )
 MOST_ROUNDS: Final = Threshold(
-    6,
+    24,
     "rounds",
-    "Backward elimination changes the model no more often; then it has not converged.",
-    "Each round drops or replaces one of at most six terms.",
-    "`test_backward_elimination.py`: the result says that it did not converge",
-)
-RESAMPLES: Final = Threshold(
-    1000,
-    "resamples",
-    "Of the bootstrap.",
-    "0.95 then has a standard error of 0.007.",
-    "none needed: it follows from the reason",
-)
-BOOTSTRAP_SEED: Final = Threshold(
-    1,
-    "seed",
-    "Of the bootstrap.",
-    "Reproducible results.",
-    "none needed: it repeats",
+    "The search changes the model no more often; then it has not converged.",
+    "Each of at most six terms may enter, be exchanged, and leave, and return in another form.",
+    "`test_selection.py`: the result says that it did not converge",
 )
 LOST_CORRELATION: Final = Threshold(
     2.0,

@@ -12,9 +12,8 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.judgement import Judgement
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Verdict
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.selection import Selected, SupportedModel, fitted_base
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
 

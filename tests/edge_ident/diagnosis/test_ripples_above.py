@@ -10,14 +10,15 @@ from edge_ident.diagnosis.judge.judgement import Judgement
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import Decision
-from edge_ident.diagnosis.select.backward_elimination import (
-    ComparedAlternatives,
-    SupportedModel,
-    SupportedTerm,
-)
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.selection import Selected, fitted_base
+from edge_ident.diagnosis.select.selection import (
+    ComparedAlternatives,
+    Selected,
+    SupportedModel,
+    SupportedTerm,
+    fitted_base,
+)
 from edge_ident.signals.recording import Recording
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

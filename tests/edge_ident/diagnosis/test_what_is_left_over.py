@@ -10,9 +10,8 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Cause
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.selection import fitted_base
+from edge_ident.diagnosis.select.selection import SupportedModel, fitted_base
 from edge_ident.diagnosis.validation import Judged, carry_over
 from edge_ident.model.model import Term
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing

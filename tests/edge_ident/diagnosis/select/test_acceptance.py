@@ -81,7 +81,7 @@ def test_a_replacement_that_adds_a_kind_of_effect_or_a_moment_has_to_be_decisive
 def test_a_cause_has_to_hold_on_held_out_blocks() -> None:
     refused = decide([], [RIPPLE], Evidence(400.0, supported=0.9))
     assert not refused.accepted
-    assert "90.0% of the resamples" in refused.reason
+    assert "a probability of 90.0%" in refused.reason
     assert decide([], [RIPPLE], Evidence(400.0, supported=0.951)).accepted
     once = decide([], [RIPPLE], Evidence(400.0, supported=0.0, one_off=True))
     assert once.accepted

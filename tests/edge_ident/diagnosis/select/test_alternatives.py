@@ -10,7 +10,7 @@ import pytest
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.acceptance import separable
-from edge_ident.diagnosis.select.backward_elimination import (
+from edge_ident.diagnosis.select.alternatives import (
     _fitted_alternative,
     compare_alternatives,
 )

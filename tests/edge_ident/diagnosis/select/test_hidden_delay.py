@@ -8,10 +8,9 @@ from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.second_looks import delayed_data
-from edge_ident.diagnosis.select.selection import Selected
+from edge_ident.diagnosis.select.selection import Selected, SupportedModel
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import LARGEST_SHIFT

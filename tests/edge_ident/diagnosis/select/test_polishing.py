@@ -1,4 +1,4 @@
-"""What a search that refines nothing makes of the points that it knows."""
+"""Terms take their best values beside those that entered later."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.forward_selection import polished
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import polished
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 

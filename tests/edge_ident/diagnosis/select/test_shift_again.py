@@ -9,10 +9,9 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.second_looks import data_beside_causes
-from edge_ident.diagnosis.select.selection import Selected, first_selected
+from edge_ident.diagnosis.select.selection import Selected, SupportedModel, first_selected
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing
@@ -73,7 +72,7 @@ def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
     assert data_beside_causes(selected(found, DEAD_BAND)) is None
 
 
-def test_the_grids_alone_show_the_shift_before_the_search(data: AxisData) -> None:
+def test_the_first_causes_show_the_shift_before_the_others(data: AxisData) -> None:
     first = first_selected(out_by(data, 1.5), TEMPLATE)
     found = data_beside_causes(first)
     assert found is not None

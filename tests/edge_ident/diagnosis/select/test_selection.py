@@ -1,4 +1,4 @@
-"""Backward elimination drops what the rule refuses, and says when it did not come to an end."""
+"""The search leaves out, exchanges and adds terms, and says when it did not come to an end."""
 
 from dataclasses import replace
 
@@ -8,15 +8,15 @@ import pytest
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
+from edge_ident.diagnosis.fit.library import ScoredCandidate
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.judgement import Rules, judge
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import Refused
-from edge_ident.diagnosis.select import backward_elimination, selection
-from edge_ident.diagnosis.select.backward_elimination import SupportedModel, eliminate_backward
+from edge_ident.diagnosis.select import selection
 from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.selection import different_first, settle
 from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
@@ -35,7 +35,7 @@ def superfluous() -> tuple[Search, FittedModel]:
 
 
 def test_a_superfluous_term_leaves_and_says_why(superfluous: tuple[Search, FittedModel]) -> None:
-    supported = eliminate_backward(*superfluous)
+    supported = settle(*superfluous)
     assert supported.converged
     assert supported.model.terms == ()
     (refused,) = supported.refused
@@ -47,8 +47,8 @@ def test_a_superfluous_term_leaves_and_says_why(superfluous: tuple[Search, Fitte
 def test_too_few_rounds_say_that_it_did_not_converge(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
-    supported = eliminate_backward(*superfluous)
+    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    supported = settle(*superfluous)
     assert not supported.converged
     assert len(supported.model.terms) == len(supported.support) == 1
 
@@ -56,7 +56,7 @@ def test_too_few_rounds_say_that_it_did_not_converge(
 def test_nothing_is_named_of_a_selection_that_did_not_converge(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
     t, x, v, a = swing(seconds=12.0)
     effort = rigid(v, a) + 0.4 * v**2 * np.sign(v)
     search = Search.of(
@@ -71,7 +71,7 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
     start = search.criterion.start
     model = search.fit(start.base, (bends, *superfluous[1].terms))
     floor = noise_floor(search.data, model)
-    supported = eliminate_backward(search, model)
+    supported = settle(search, model)
     assert [s.decision.accepted for s in supported.support] == [True, False]
     for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
         judged = judge(search, start, replace(supported, converged=converged), floor, Rules())
@@ -83,8 +83,8 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
 def test_what_would_leave_in_one_more_round_is_only_suspected(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(backward_elimination, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
-    search, supported = superfluous[0], eliminate_backward(*superfluous)
+    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    search, supported = superfluous[0], settle(*superfluous)
     start, floor = search.criterion.start, noise_floor(search.data, search.criterion.start)
     judged = judge(search, start, supported, floor, Rules())
     assert judged.supported.model.terms == ()
@@ -92,29 +92,33 @@ def test_what_would_leave_in_one_more_round_is_only_suspected(
     assert "more than 0 to stay" in doubtful.decision
 
 
-def test_what_was_replaced_may_return_when_what_replaced_it_has_left(
-    monkeypatch: pytest.MonkeyPatch,
+def test_from_a_wrong_cause_the_search_comes_to_the_right_ones(
+    superfluous: tuple[Search, FittedModel],
 ) -> None:
     t, x, v, a = swing(seconds=12.0)
-    effort = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * x / 0.31)
+    effort = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * x / 0.31) + 0.4 * v**2 * np.sign(v)
     data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
-    lost = (
-        Refused("torque_ripple", "", instead="asymmetric_friction"),
-        Refused("asymmetric_friction", ""),
-    )
-    models = []
+    search = Search.of(data, TEMPLATE, fit(data, TEMPLATE, np.zeros(4), ()))
+    wrong = search.fit(search.criterion.start.base, superfluous[1].terms)
+    supported = settle(search, wrong)
+    assert supported.converged
+    assert supported.model.effects == {"torque_ripple", "nonlinear_viscous"}
+    assert [refused.effect for refused in supported.refused] == ["asymmetric_friction"]
 
-    def first_without_any(search: Search, model: FittedModel) -> SupportedModel:
-        models.append(model)
-        if len(models) > 1:
-            return eliminate_backward(search, model)
-        return SupportedModel(search.criterion.start, (), lost, converged=True)
 
-    monkeypatch.setattr(selection, "eliminate_backward", first_without_any)
-    found = selection.selected_model(data, TEMPLATE).supported
-    assert found.model.effects == {"torque_ripple"}
-    assert len(models) == 2
-    assert "asymmetric_friction" not in models[1].effects
+def scored(effect: str, form: int, error: float, source: str | None = None) -> ScoredCandidate:
+    candidate = Candidate(effect, named(effect).search.forms[form], source)
+    return ScoredCandidate(FittedTerm(candidate, {}, {}), error)
+
+
+def test_the_best_of_each_kind_comes_before_other_forms_of_the_same() -> None:
+    """The weight of a joint that follows the own angle in three forms leaves room for the one that
+    follows the sum of two angles."""
+    spring, parabola = (scored("position_dependent_load", k, 1.0 + k) for k in (0, 2))
+    both = scored("position_dependent_load", 5, 4.0, source="y")
+    coupling = scored("cross_axis_coupling", 0, 5.0, source="y")
+    ranked = [spring, parabola, both, coupling]
+    assert different_first(ranked) == [spring, both, coupling, parabola]
 
 
 def test_a_diagnosis_says_whether_it_converged() -> None:
@@ -146,7 +150,7 @@ def test_in_place_of_a_wave_that_nothing_bounds_comes_a_simpler_form() -> None:
     wave = next(f for f in named("position_dependent_load").search.forms if f.nonlinear)
     load = Candidate("position_dependent_load", wave)
     term = FittedTerm(load, {"period": 40.0}, {"cosine": 0.0, "sine": 0.0})
-    supported = eliminate_backward(search, search.fit(start.base, (term,)))
+    supported = settle(search, search.fit(start.base, (term,)))
     (left,) = supported.model.terms
     assert left.linear == {"stiffness": pytest.approx(0.3, rel=0.05)}
     assert supported.refused == (), "the effect stays"
