@@ -86,13 +86,24 @@ def structure_elsewhere(
     tolerance : float
         Smallest share of the rms effort that is worth naming.
     """
-    anew = fitted_anew(model)
-    there = fit(other, model.template, model.base, lasting_terms(model))
-    unsure = _unsure(data, model, other, there, anew)
-    left = _without_drift(other, model, residual_elsewhere(other, model, anew), anew)
+    anew, left = fitted_anew(model), residual_elsewhere(other, model, fitted_anew(model))
+    lasting, drifting = _lasting(model), _drifting(model)
+    terms = tuple(model.terms[k] for k in (*lasting, *drifting))
+    there = fit(other, model.template, model.base, terms)
+    places = [there.columns_of(k) for k in range(len(terms))]
+    seen, own = there.derivatives[other.valid], own_columns(other)[other.valid]
+    free = np.r_[tuple([anew, *places[len(lasting) :]])]
+    basis = orthonormal(np.hstack([seen[:, free], own]))
+    if drifting:  # another recording may drift likewise, by another amount and at another pace
+        left = left - basis @ (basis.T @ left)
+    kept = np.array([k for k in range(len(PARAMETERS)) if k not in anew], dtype=np.intp)
+    seen = seen[:, np.r_[tuple([kept, *places[: len(lasting)]])]]
+    here = np.r_[tuple([kept, *(model.columns_of(k) for k in lasting)])]
+    unsure = _unsure(data, model, here, seen - basis @ (basis.T @ seen))
     base = fit(other, model.template, model.base, ())
-    left_there = replace(there, error=float(left @ left))
-    return leaves_structure(other, base, left_there, tolerance, unsure)
+    return leaves_structure(
+        other, base, replace(there, error=float(left @ left)), tolerance, unsure
+    )
 
 
 def leaves_structure(
@@ -120,45 +131,16 @@ def leaves_structure(
 
 
 def _unsure(
-    data: AxisData, model: FittedModel, other: AxisData, there: FittedModel, anew: list[int]
+    data: AxisData, model: FittedModel, columns: NDArray[np.intp], derivatives: Array
 ) -> float:
     """Rms by which noise in the recording that a model was fitted to may move what it predicts of
-    another one, where the model without what is tied to time has the derivatives of `there`.
-
-    What is fitted anew to that recording is not unsure.
-    """
-    lasting = _lasting(model)
-    kept = np.array([k for k in range(len(PARAMETERS)) if k not in anew], dtype=np.intp)
-    here = np.r_[tuple([kept, *(model.columns_of(k) for k in lasting)])]
-    columns = np.r_[tuple([kept, *(there.columns_of(k) for k in range(len(lasting)))])]
+    another one, by these (K,) columns of its Jacobian and their derivatives (m, K) there."""
     fitted = model.jacobian[data.valid]
     freedom = max(len(fitted) - np.linalg.matrix_rank(fitted), 1)
     unit, length = unit_length(fitted)
-    moved = np.linalg.pinv(unit, rcond=_RANK)[here] / length[here, None]
-    seen = there.derivatives[other.valid]
-    basis = orthonormal(np.hstack([seen[:, anew], own_columns(other)[other.valid]]))
-    seen = seen[:, columns]
-    seen = seen - basis @ (basis.T @ seen)
-    variance = model.error / freedom * np.sum((seen @ moved) ** 2)
-    return _DEVIATIONS * float(np.sqrt(variance / len(seen)))
-
-
-def _without_drift(other: AxisData, model: FittedModel, left: Array, anew: list[int]) -> Array:
-    """What a model leaves (m,) of another recording that may drift likewise, by another amount and
-    at another pace."""
-    drifting = tuple(
-        t
-        for t in model.terms
-        if named(t.candidate.effect).tied_to_time and "time" not in t.candidate.form.nonlinear
-    )
-    if not drifting:
-        return left
-    there = fit(other, model.template, model.base, (*lasting_terms(model), *drifting))
-    first = len(there.terms) - len(drifting)
-    columns = [there.columns_of(k) for k in range(first, len(there.terms))]
-    seen = np.hstack([there.derivatives[:, np.r_[tuple([anew, *columns])]], own_columns(other)])
-    basis = orthonormal(seen[other.valid])
-    return np.asarray(left - basis @ (basis.T @ left))
+    moved = np.linalg.pinv(unit, rcond=_RANK)[columns] / length[columns, None]
+    variance = model.error / freedom * np.sum((derivatives @ moved) ** 2)
+    return _DEVIATIONS * float(np.sqrt(variance / len(derivatives)))
 
 
 def lasting_terms(model: FittedModel) -> tuple[FittedTerm, ...]:
@@ -169,3 +151,10 @@ def lasting_terms(model: FittedModel) -> tuple[FittedTerm, ...]:
 def _lasting(model: FittedModel) -> list[int]:
     """Places of the terms that another recording has as well."""
     return [k for k, t in enumerate(model.terms) if not named(t.candidate.effect).tied_to_time]
+
+
+def _drifting(model: FittedModel) -> list[int]:
+    """Places of the terms that go on over a recording, and are tied to its time."""
+    lasting = _lasting(model)
+    names = [t.candidate.form.nonlinear for t in model.terms]
+    return [k for k, each in enumerate(names) if k not in lasting and "time" not in each]

@@ -91,13 +91,15 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
     data, model = selected.search.data, selected.supported.model
     like_delays = delay().search.alternatives
     shares = own_shares(data, model, base_space(data, selected.start))
-    pairs = list(zip(shares, model.terms, strict=True))
-    ranked = sorted(pairs, key=lambda pair: (pair[1].candidate.effect in like_delays, -pair[0]))
-    terms = [term for _, term in ranked]
-    vibrations = [term for term in terms if term.candidate == VIBRATION]
-    causes = [term for term in terms if term.candidate != VIBRATION]
-    for count in range(0 if vibrations or none else 1, len(causes) + 1):
-        yield (*vibrations, *causes[:count])
+
+    def rank(pair: tuple[float, FittedTerm]) -> tuple[bool, bool, float]:
+        share, term = pair
+        return term.candidate != VIBRATION, term.candidate.effect in like_delays, -share
+
+    terms = tuple(term for _, term in sorted(zip(shares, model.terms, strict=True), key=rank))
+    vibrations = sum(term.candidate == VIBRATION for term in terms)
+    for count in range(vibrations or (0 if none else 1), len(terms) + 1):
+        yield terms[:count]
 
 
 def along_one_sinusoid(selected: Selected) -> float:
