@@ -27,6 +27,13 @@ def test_the_recording_that_is_late_is_named(weight: float) -> None:
     assert "ms later, beside its motion, than that of 1.csv" in said.message
 
 
+def test_a_late_recording_that_judges_another_is_named() -> None:
+    axis = diagnose([arm(1)], validate=late(arm(2), 5)).axes["x"]
+    (said,) = [each for each in axis.findings if each.code == "timing_differs"]
+    assert said.message.startswith("the effort of 2.csv is 20")
+    assert not said.blocks
+
+
 def test_recordings_that_are_late_alike_have_one_delay() -> None:
     axis = diagnose([late(arm(k), 5) for k in (1, 2)]).axes["x"]
     assert "timing_differs" not in {each.code for each in axis.findings}

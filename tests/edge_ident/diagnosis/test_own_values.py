@@ -118,6 +118,13 @@ def test_one_factor_of_all_is_another_scale_and_no_payload() -> None:
     assert not said(axis, "friction_differs")
 
 
+def test_another_scale_of_the_recording_that_judges_is_said_and_forbids_nothing() -> None:
+    axis = diagnose([day(0, seconds=15.0)], validate=day(2, seconds=15.0, scale=1.3)).axes["x"]
+    (finding,) = [each for each in axis.findings if each.code == "scale_differs"]
+    assert finding.message.startswith("the effort of 2.csv is 1.3 times what 0.csv has")
+    assert not finding.blocks
+
+
 WRONG = (
     ({"gear": 2.0}, "the position of 2.csv is 2 times"),
     ({"gear": 0.8}, "the position of 2.csv is 0.8 times"),
