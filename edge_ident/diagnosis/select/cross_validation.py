@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -33,7 +33,7 @@ from edge_ident.diagnosis.select.thresholds import (
     SIZED,
 )
 from edge_ident.model.effects import named
-from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
+from edge_ident.model.search import SOUND_RESONANCE_HZ
 
 Array = NDArray[np.float64]
 
@@ -77,26 +77,19 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
 
 
 def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
-    """Whether each linear parameter of a term is as uncertain as it is large, for each term.
+    """Whether a term, together with the others of its effect, is as uncertain as it is large.
 
-    Of what is tied to time, the size counts at the shape that was found: a high short pulse may be
-    as good as a low long one. Pulses that overlap are one event of a shape that no single one has.
-    How it is divided among them may be uncertain where its size is not; noise gives it a size with
-    each of them.
+    How a size is divided among terms that overlap may be uncertain where their sum is not. Noise
+    gives it a size with each of them.
     """
-    stds = deviations_by_term(fitted, standard_deviations(data, fitted))
-    unknown = [
-        bool(t.linear)
-        and all(abs(value) < SIZED.value * std[name] for name, value in t.linear.items())
-        for t, std in zip(fitted.terms, stds, strict=True)
-    ]
-    for event in chain.from_iterable(overlapping(fitted).values()):
-        count = sum(len(fitted.terms[k].linear) for k in event)
-        if any(unknown[k] for k in event) and (len(event) > 1 or count == 1):
-            share = joint_deviation(data, fitted, event)
-            unsure = bool(SIZED.value * np.sqrt(count) * share > 1.0)
-            unknown = [unsure if k in event else was for k, was in enumerate(unknown)]
-    return unknown
+    found = [False] * len(fitted.terms)
+    for places in {fitted.of_effect(t) for t in fitted.terms}:
+        count = sum(len(fitted.terms[k].linear) for k in places)
+        if count:
+            unsure = SIZED.value * np.sqrt(count) * joint_deviation(data, fitted, places) > 1.0
+            for k in places:
+                found[k] = bool(unsure)
+    return found
 
 
 def is_one_off(data: AxisData, effort: Array) -> bool:
@@ -125,10 +118,9 @@ def tied_to_time(term: FittedTerm) -> bool:
     return term.candidate != VIBRATION and named(term.candidate.effect).tied_to_time
 
 
-def imitated(data: AxisData, model: FittedModel, excitation: Excitation) -> dict[int, str]:
+def imitated(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against terms tied to time that something else may imitate, by their places."""
-    doubts = never_repeated(data, model) | at_standstill(data, model)
-    return doubts | brief(model, excitation)
+    return never_repeated(data, model) | at_standstill(data, model)
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
@@ -262,39 +254,6 @@ def overlapping(model: FittedModel) -> dict[tuple[str, float | None], list[list[
             over_s = max(over_s, ends_s)
         found[kind] = events
     return found
-
-
-def brief(model: FittedModel, excitation: Excitation) -> dict[int, str]:
-    """Reasons against changes that last, of which the next takes one back too soon.
-
-    A mass tells itself from a push by costing effort both ways, so it stays for a cycle.
-
-    Parameters
-    ----------
-    model : FittedModel
-    excitation : Excitation
-
-    Returns
-    -------
-    mapping of place to str
-        Places are those of `model.terms`.
-    """
-    cycle_s = 2.0 * np.pi / excitation.turning_rate
-    changes = defaultdict(list)
-    for k, t in enumerate(model.terms):
-        if "time" in t.nonlinear and "duration" not in t.nonlinear:
-            key = t.candidate.effect, t.nonlinear.get("clock")
-            changes[key].append((t.nonlinear["time"], k))
-    doubts: dict[int, str] = {}
-    for of_kind in changes.values():
-        for (begins_s, k), (ends_s, other) in pairwise(sorted(of_kind)):
-            if ends_s - begins_s < cycle_s:
-                reason = (
-                    f"what lasts for {ends_s - begins_s:.3g} s alone, less than a cycle of the "
-                    f"motion ({cycle_s:.3g} s), may be a push"
-                )
-                doubts |= {k: reason, other: reason}
-    return doubts
 
 
 def _of_term(segment: Segment, model: FittedModel, index: int) -> Array:
