@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.library import ResidualSubspace, ScoredCandidate
@@ -15,8 +14,8 @@ from edge_ident.diagnosis.fit.refinement import FINE, refined
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
 from edge_ident.diagnosis.select.cross_validation import near_zero
-from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.thresholds import MOST_FITTED
+from edge_ident.diagnosis.select.search import LeftOut, Search
+from edge_ident.diagnosis.select.thresholds import DECISIVE, MOST_FITTED
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import acting, turned
 
@@ -49,9 +48,10 @@ class ComparedAlternatives:
 
 
 def compare_alternatives(
-    search: Search, model: FittedModel, index: int, gone: frozenset[str] = frozenset()
+    search: Search, model: FittedModel, index: int, gone: LeftOut = frozenset()
 ) -> ComparedAlternatives:
-    """Fit the best alternatives in the place of one term of a model.
+    """Fit the best alternatives in the place of one term of a model, other forms of its effect
+    among them.
 
     Parameters
     ----------
@@ -59,26 +59,42 @@ def compare_alternatives(
     model : FittedModel
     index : int
         Place of the term.
-    gone : frozenset of str
-        Effects that left the model, and do not return.
+    gone : frozenset of str or Candidate
+        What left the model, and does not return.
     """
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
-    scored = search.score(rest, frozenset({term.candidate.effect}))
-    models = [
-        (s, search.fit(rest.base, (*rest.terms, s.term))) for s in scored[: MOST_FITTED.value]
-    ]
+    scored = search.score(rest, frozenset({term.candidate.effect}))[: MOST_FITTED.value]
+    forms = search.score(rest, gone | frozenset(catalogue()) - {term.candidate.effect})
+    forms = [s for s in forms if s.candidate not in (term.candidate, VIBRATION)]
+    models = [(s, search.fit(rest.base, (*rest.terms, s.term))) for s in (*scored, *forms)]
     decisions = [
-        (decide(model.terms, other.terms, Evidence(search.gain(model, other))), other)
+        (_decision(search, model, index, other), other)
         for s, other in models
         if (not s.on_edge or s.candidate.effect in rest.effects)
-        and s.candidate.effect not in gone
+        and not gone & {s.candidate, s.candidate.effect}
         and _enters(search, rest, other)
     ]
     decision, best = max(decisions, key=lambda pair: pair[0].margin, default=(None, None))
     accepted = decision is not None and decision.accepted
-    described = partial(_described, search, model, rest, index, models)
+    described = partial(_described, search, model, rest, index, models[: len(scored)])
     return ComparedAlternatives(best if accepted else None, decision, described)
+
+
+def _decision(search: Search, model: FittedModel, index: int, other: FittedModel) -> Decision:
+    """Whether the last term of another model may take the place of one of a model.
+
+    Another form of the same effect has to be decisively better; but one with a known parameter, as
+    the period of a turn, is preferred where it is not decisively worse.
+    """
+    gain = search.gain(model, other)
+    here, there = model.terms[index].candidate, other.terms[-1].candidate
+    if here.effect != there.effect:
+        return decide(model.terms, other.terms, Evidence(gain))
+    if near_zero(search.data, other)[-1]:
+        return Decision(False, "its essential parameters are not determined", -np.inf)
+    margin = gain + DECISIVE.value * (bool(there.form.known) - bool(here.form.known) or -1)
+    return Decision(margin > 0.0, f"another form of it gains {gain:.0f} units", margin)
 
 
 def _described(
@@ -173,36 +189,7 @@ def _first_of_each(alternatives: list[Alternative]) -> tuple[Alternative, ...]:
     return tuple(kept.values())
 
 
-# Other forms of an effect in a term's place, or in the place of one that has left.
-#
-# A term enters in the form that explains most of what was left then. Beside terms that came later,
-# another form of the effect may do with fewer parameters, or fit better.
-
-
-def in_best_forms(search: Search, model: FittedModel) -> FittedModel:
-    """A model whose terms have their best forms, one term after the other: each the one that is
-    decisively better beside all the others, where there is one.
-
-    A form with a known parameter, as the period of a turn, is preferred where no other is
-    decisively better.
-
-    Parameters
-    ----------
-    search : Search
-    model : FittedModel
-    """
-    model = _in_best_senses(search, model)
-    for place, term in enumerate(model.terms):
-        rest = search.fit(model.base, model.without(place))
-        before, after = model.terms[:place], model.terms[place + 1 :]
-        forms = [s.term for s in _others(search, rest, term.candidate) if not s.on_edge]
-        models = [search.fit(model.base, (*before, form, *after)) for form in forms]
-        better = [other for other in models if _preferred(search, model, other, place)]
-        model = min(better, key=search.criterion.value, default=model)
-    return model
-
-
-def _in_best_senses(search: Search, model: FittedModel) -> FittedModel:
+def in_best_senses(search: Search, model: FittedModel) -> FittedModel:
     """A model in which each joint counts its angle in the better sense, in all terms at once: a
     model keeps to the sense of the term that entered first, when it had no other beside it."""
     senses = [t.candidate.source for t in model.terms if t.candidate.form.senses]
@@ -219,39 +206,3 @@ def _turned(term: FittedTerm, axis: str) -> FittedTerm:
     if candidate.source is None or not candidate.form.senses:
         return term
     return replace(term, candidate=replace(candidate, source=turned(candidate.source, axis)))
-
-
-def _preferred(search: Search, model: FittedModel, other: FittedModel, place: int) -> bool:
-    """Whether another model, with another form of one term, takes the place of a model."""
-    known = [m.terms[place].candidate.form.known for m in (model, other)]
-    if known[1] and not known[0]:
-        preferred = not separable(search.gain(other, model))
-    else:
-        preferred = separable(search.gain(model, other))
-    # one whose essential parameters nothing tells would leave again in the next round
-    return preferred and not near_zero(search.data, other)[place]
-
-
-def with_another_form(search: Search, rest: FittedModel, candidate: Candidate) -> FittedModel:
-    """A model with another form of an effect that has left, where that is accepted: a wave over the
-    stroke, so long that nothing tells its period, is a parabola.
-
-    Parameters
-    ----------
-    search : Search
-    rest : FittedModel
-        The other terms.
-    candidate : Candidate
-        That has left.
-    """
-    for scored in _others(search, rest, candidate):
-        form = search.fit(rest.base, (*rest.terms, scored.term))
-        if decide(rest.terms, form.terms, Evidence(search.gain(rest, form))).accepted:
-            return form
-    return rest
-
-
-def _others(search: Search, rest: FittedModel, candidate: Candidate) -> list[ScoredCandidate]:
-    """Other forms of a candidate's effect that are promising on top of a model."""
-    found = search.score(rest, frozenset(catalogue()) - {candidate.effect})
-    return [scored for scored in found if scored.candidate not in (candidate, VIBRATION)]

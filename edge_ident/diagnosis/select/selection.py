@@ -25,8 +25,7 @@ from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide
 from edge_ident.diagnosis.select.alternatives import (
     ComparedAlternatives,
     compare_alternatives,
-    in_best_forms,
-    with_another_form,
+    in_best_senses,
 )
 from edge_ident.diagnosis.select.cross_validation import (
     evidence_for_terms,
@@ -34,7 +33,7 @@ from edge_ident.diagnosis.select.cross_validation import (
     near_zero,
     staying,
 )
-from edge_ident.diagnosis.select.search import Search, independent_samples
+from edge_ident.diagnosis.select.search import LeftOut, Search, independent_samples
 from edge_ident.diagnosis.select.thresholds import (
     BEAM_WIDTH,
     FEWEST_INDEPENDENT,
@@ -187,17 +186,16 @@ def settle(search: Search, model: FittedModel) -> SupportedModel:
         To begin with.
     """
     refused: list[Refused] = []
+    gone: LeftOut = frozenset()
     for remaining in reversed(range(MOST_ROUNDS.value + 1)):
-        model = polished(search, in_best_forms(search, model))
-        gone = frozenset(r.effect for r in refused if not r.instead)
+        model = polished(search, in_best_senses(search, model))
         seen = _look(search, model, gone)
         if seen.change is None or not remaining:
             break
-        refused += [seen.refused] if seen.refused else []
+        refused += seen.refused
+        gone |= seen.gone
         model = seen.change
-    compared = seen.comparisons or [
-        compare_alternatives(search, model, k, gone) for k in range(len(model.terms))
-    ]
+    compared = seen.comparisons or _compared(search, model, gone)
     support = map(SupportedTerm, seen.gains, seen.decisions, compared)
     left = [r for r in refused if r.effect not in model.effects | {VIBRATION.effect}]
     return SupportedModel(
@@ -207,48 +205,46 @@ def settle(search: Search, model: FittedModel) -> SupportedModel:
 
 @dataclass(frozen=True)
 class _Round:
-    """One look at a model; `change` is the better one, or None."""
+    """One look at a model; `change` is the better one, or None, and `gone` what does not return."""
 
     gains: Sequence[Gain]
     decisions: Sequence[Decision]
-    comparisons: Sequence[ComparedAlternatives]
+    comparisons: Sequence[ComparedAlternatives] = ()
     change: FittedModel | None = None
-    refused: Refused | None = None
+    refused: tuple[Refused, ...] = ()
+    gone: LeftOut = frozenset()
 
 
-def _look(search: Search, model: FittedModel, gone: frozenset[str]) -> _Round:
+def _look(search: Search, model: FittedModel, gone: LeftOut) -> _Round:
     """Decide on every term, and find the next change.
 
     What cross-validation does not support leaves before alternatives are compared, and a better
-    alternative comes before a term with an essential parameter near zero leaves. Then comes what
-    is to be added, but for effects that are gone.
+    alternative comes before a term with an essential parameter near zero leaves, in that form. Then
+    comes what is to be added, but for what is gone.
     """
     smaller, evidence, gains = evidence_for_terms(search, model)
-    decisions = staying(smaller, model, evidence)
-    seen = _Round(gains, decisions, [])
-    if all(d.accepted for d in decisions):
-        places = range(len(model.terms))
-        comparisons = [compare_alternatives(search, model, k, gone) for k in places]
-        seen = replace(seen, comparisons=comparisons)
-        if (better := _exchanged(search, model, comparisons)) is not None:
-            return replace(seen, change=better[0], refused=better[1])
+    seen = _Round(gains, staying(smaller, model, evidence))
+    left_out: list[str | Candidate] = [t.candidate.effect for t in model.terms]
+    if all(d.accepted for d in seen.decisions):
+        seen = replace(seen, comparisons=_compared(search, model, gone))
+        if (better := _exchanged(search, model, seen.comparisons)) is not None:
+            return replace(seen, change=better[0], refused=(better[1],))
         close = near_zero(search.data, model)
         evidence = [replace(e, near_zero=n) for e, n in zip(evidence, close, strict=True)]
-        decisions = staying(smaller, model, evidence)
-        seen = replace(seen, decisions=decisions)
-    else:
-        close = [()] * len(decisions)
-    doubtful = [k for k, d in enumerate(decisions) if not d.accepted]
+        seen = replace(seen, decisions=staying(smaller, model, evidence))
+        left_out = [t.candidate for t in model.terms]
+    doubtful = [k for k, d in enumerate(seen.decisions) if not d.accepted]
     if not doubtful:
         larger = _grown(search, model, gone)
         return seen if larger is model else replace(seen, change=larger)
     weakest = min(doubtful, key=lambda k: gains[k].interval[0])
-    term = model.terms[weakest]
-    refused = Refused(term.candidate.effect, decisions[weakest].reason)
+    reason = Refused(model.terms[weakest].candidate.effect, seen.decisions[weakest].reason)
     change = search.fit(model.base, model.without(weakest))
-    if set(close[weakest]) & set(term.nonlinear):
-        change = with_another_form(search, change, term.candidate)
-    return replace(seen, change=change, refused=refused)
+    return replace(seen, change=change, refused=(reason,), gone=frozenset({left_out[weakest]}))
+
+
+def _compared(search: Search, model: FittedModel, gone: LeftOut) -> list[ComparedAlternatives]:
+    return [compare_alternatives(search, model, k, gone) for k in range(len(model.terms))]
 
 
 def _exchanged(
@@ -268,7 +264,7 @@ def _exchanged(
     return best, Refused(model.terms[place].candidate.effect, reason, new)
 
 
-def _grown(search: Search, model: FittedModel, gone: frozenset[str] = frozenset()) -> FittedModel:
+def _grown(search: Search, model: FittedModel, gone: LeftOut = frozenset()) -> FittedModel:
     """A model with as many more terms as the acceptance rule accepts.
 
     A few models are followed at once, because two causes may explain only together what one wrong
@@ -285,7 +281,7 @@ def _grown(search: Search, model: FittedModel, gone: frozenset[str] = frozenset(
     return best
 
 
-def _children(search: Search, parent: FittedModel, gone: frozenset[str]) -> list[FittedModel]:
+def _children(search: Search, parent: FittedModel, gone: LeftOut) -> list[FittedModel]:
     """Models with one more term that the acceptance rule accepts."""
     scored = [s for s in search.score(parent, gone) if not s.on_edge]
     tried = (_child(search, parent, s) for s in different_first(scored)[: MOST_FITTED.value])
