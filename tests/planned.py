@@ -22,7 +22,7 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
-from edge_ident.diagnosis.select.search import excited, measurable
+from edge_ident.diagnosis.select.search import excited
 from edge_ident.drive.description import Drive, DriveAxis, load_drive
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
@@ -171,7 +171,7 @@ def fitted_term(data: AxisData, axis: AxisModel, name: str) -> tuple[Term, Term]
             linear = dict(zip(names, found[len(PARAMETERS) :].tolist(), strict=True))
             nonlinear = {n: float(values[k]) for n, values in points.items()}
             term = FittedTerm(candidate, nonlinear, linear)
-            if not (excited(term, excitation) and measurable(term, rows, excitation)):
+            if not excited(term, excitation):
                 continue
             if best is None or left < best[0]:
                 own = dict(zip(PARAMETERS, found[: len(PARAMETERS)].tolist(), strict=True))

@@ -38,7 +38,6 @@ from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.fit.refinement import Refinements, rows_beside, scored_late
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import (
-    LARGEST,
     LOST_CORRELATION,
     MOST_REFINED,
     PROMISING,
@@ -60,19 +59,6 @@ _TINY: Final = float(np.finfo(float).tiny)
 def excited(term: FittedTerm, excitation: Excitation) -> bool:
     """Whether the recording excites a term of this size."""
     return named(term.candidate.effect).search.possible(term.values, excitation)
-
-
-def measurable(term: FittedTerm, regressors: Array, excitation: Excitation) -> bool:
-    """Whether the effort of a term could have been measured.
-
-    Parameters
-    ----------
-    regressors : (k, n) array
-        Of the term.
-    """
-    amplitudes = np.array(list(term.linear.values()) or [1.0])
-    peak = float(np.max(np.abs(amplitudes @ regressors)))
-    return peak < LARGEST.value * excitation.effort
 
 
 def reliable(
@@ -424,12 +410,13 @@ class Search:
         found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
             gained = before - value(scored)
-            refined = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
-            if refined == MOST_REFINED.value or gained < promising:
+            searched = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
+            if searched == MOST_REFINED.value or gained < promising:
                 break
             if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
                 break
-            best = self._within_bounds(fitted, self._refined(subspace, scored))
+            refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
+            best = self._within_bounds(fitted, refined)
             if best not in found and self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)
         return sorted(found, key=value)
@@ -465,10 +452,6 @@ class Search:
             return []
         return [c for c in self.library if named(c.effect).follows_base]
 
-    def _refined(self, subspace: ResidualSubspace, scored: ScoredCandidate) -> ScoredCandidate:
-        """A candidate at its best nonlinear parameters."""
-        return self.refinements.refined(subspace, scored, self.grids[scored.candidate])
-
     def _within_bounds(self, fitted: FittedModel, scored: ScoredCandidate) -> ScoredCandidate:
         """A candidate with the error that it leaves inside the bounds of the base parameters.
 
@@ -488,7 +471,5 @@ class Search:
         if not excited(term, self.excitation):
             return False
         valid, rows = self.data.valid, rows_beside(self.data, fitted, term, self.data)
-        if not measurable(term, rows, self.excitation):
-            return False
         replica = rows_beside(self.data, fitted, term, self.noise_replica)
         return reliable(rows[:, valid], replica[:, valid], fitted.jacobian[valid], replica_jacobian)

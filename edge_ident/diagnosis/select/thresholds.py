@@ -147,13 +147,6 @@ RELIABILITY: Final = Threshold(
     "A judgement: more of it says something than not. The criterion counts no noise as evidence.",
     "`test_screening.py`: mostly motion; it keeps small delays and springs out of clean drives",
 )
-LARGEST: Final = Threshold(
-    2.0,
-    "peak of the measured effort",
-    "The contribution of a candidate stays below this.",
-    "A judgement: a larger one is fitted to its tails, and cancels against other terms.",
-    "no test; no recording of the benchmark needed it so far",
-)
 FEWEST_INDEPENDENT: Final = Threshold(
     0.8,
     "share of the valid samples",

@@ -88,8 +88,7 @@ def test_a_cause_that_is_as_uncertain_as_it_is_large_is_doubtful(
     (form, *_) = named("asymmetric_friction").search.forms
     term = FittedTerm(Candidate("asymmetric_friction", form), {}, dict.fromkeys(form.linear, 0.0))
     model = search.fit(start.base, (term,))
-    of_each = deviations * np.abs(model.linear_parameters)
-    monkeypatch.setattr(cross_validation, "standard_deviations", lambda *_: of_each)
+    monkeypatch.setattr(cross_validation, "joint_deviation", lambda *_: deviations)
     doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("as uncertain as it is large" in doubts.get(0, "")) is doubtful
 
