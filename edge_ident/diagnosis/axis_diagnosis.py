@@ -97,9 +97,8 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
         Hardly any sample shows the axis in motion.
     """
     axis, validation = _in_band(problem)
-    if axis.verdict is Verdict.UNEXPLAINED:
-        verdict = Verdict.PARTLY_EXPLAINED if axis.causes or axis.curves else axis.verdict
-        axis = replace(axis, verdict=verdict)
+    if axis.verdict is Verdict.UNEXPLAINED and (axis.causes or axis.curves):
+        axis = replace(axis, verdict=Verdict.PARTLY_EXPLAINED)
     return axis, validation
 
 
