@@ -21,7 +21,7 @@ from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.nuisances import differences, instead_of_causes, own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.recording_checks import findings
+from edge_ident.diagnosis.recording_checks import controllers_laws, findings
 from edge_ident.diagnosis.select.second_looks import (
     adequate_data,
     data_beside_causes,
@@ -33,6 +33,7 @@ from edge_ident.diagnosis.select.selection import (
     Selected,
     first_selected,
     selected_model,
+    unsearched,
 )
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import AxisModel, Model
@@ -93,8 +94,12 @@ def search_axis(
     known : AxisModel
         The axis with what it is known to have.
     """
-    selected = _selected(adequate_data(data, known, rules.tolerance), known, rules.tolerance)
-    return _judged(recordings, name, efforts, rules, selected)
+    data = adequate_data(data, known, rules.tolerance)
+    laws = controllers_laws(recordings, name, data)
+    # what such a loop makes of the motion has no cause that is worth a search
+    selected = unsearched(data, known) if laws else _selected(data, known, rules.tolerance)
+    said = [finding for each in (*efforts, laws) for finding in each]
+    return _judged(recordings, name, said, rules, selected)
 
 
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
@@ -124,15 +129,15 @@ def _is_late(selected: Selected, tolerance: float) -> bool:
 def _judged(
     recordings: Sequence[Recording],
     name: str,
-    efforts: Sequence[Sequence[Finding]],
+    said: Sequence[Finding],
     rules: Rules,
     selected: Selected,
 ) -> AxisSearch:
-    """What was selected, judged."""
+    """What was selected, judged beside what was said of the recordings."""
     search, start, model = selected.search, selected.start, selected.supported.model
     floor = noise_floor(search.data, start, float(model.base[0]))
     floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
-    checks = findings(recordings, name, search.data, model, efforts)
+    checks = findings(recordings, name, search.data, model, said)
     judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
     if _blocked(checks) is None:
         checks = (

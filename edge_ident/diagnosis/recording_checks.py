@@ -54,7 +54,7 @@ def findings(
     name: str,
     data: AxisData,
     extended: FittedModel,
-    efforts: Sequence[Sequence[Finding]],
+    said: Sequence[Finding],
 ) -> tuple[Finding, ...]:
     """Check one axis.
 
@@ -66,27 +66,31 @@ def findings(
     data : AxisData
     extended : FittedModel
         That the selection ends with.
-    efforts : sequence of sequences of Finding
-        What `effort_findings` found in each recording.
+    said : sequence of Finding
+        What `effort_findings` and `controllers_laws` found in each recording.
 
     Returns
     -------
     tuple of Finding
         Where one has `blocks`, no cause may be named.
     """
-    found: list[Finding] = []
-    columns = base_regressor(data)
     related = _explains(data, extended)
-    parts = map(data.by_segment, (data.effort, columns))
-    every = zip(efforts, recordings, data.segments, *parts, strict=True)
-    for said, recording, segment, effort, regressor in every:
-        found += (f for f in said if f.code != UNRELATED or not related)
-        laws = _controllers_law(recording, recording.axes[name], segment, effort, regressor)
-        found += _naming(recording, laws, len(recordings) > 1)
+    found = [f for f in said if f.code != UNRELATED or not related]
     if not any(finding.blocks for finding in found):
-        found += _unphysical(data, columns, extended)
+        found += _unphysical(data, base_regressor(data), extended)
     found += [*_narrow_excitation(data), *_of_position(data, extended)]
     return _each_once(found)
+
+
+def controllers_laws(recordings: Sequence[Recording], name: str, data: AxisData) -> list[Finding]:
+    """Recordings of an axis whose effort follows from the motion by a controller's law as well as
+    by dynamics: no cause may be named then."""
+    found: list[Finding] = []
+    parts = map(data.by_segment, (data.effort, base_regressor(data)))
+    for recording, segment, *signals in zip(recordings, data.segments, *parts, strict=True):
+        laws = _controllers_law(recording, recording.axes[name], segment, *signals)
+        found += _naming(recording, laws, len(recordings) > 1)
+    return found
 
 
 def _of_position(data: AxisData, model: FittedModel) -> list[Finding]:

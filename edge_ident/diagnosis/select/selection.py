@@ -133,6 +133,13 @@ def fitted_base(data: AxisData, template: AxisModel) -> FittedModel:
     return fit(data, template, np.eye(len(PARAMETERS))[0], ())
 
 
+def unsearched(data: AxisData, template: AxisModel) -> Selected:
+    """The base model alone."""
+    start = fitted_base(data, template)
+    alone = SupportedModel(start, (), (), converged=True)
+    return Selected(Search.of(data, template, start), start, alone)
+
+
 def first_selected(data: AxisData, template: AxisModel, before: Search | None = None) -> Selected:
     """What a selection begins with: terms that are added, and no other change.
 

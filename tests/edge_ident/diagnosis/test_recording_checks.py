@@ -10,6 +10,7 @@ from edge_ident.diagnosis.fit.fitting import fit
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
+    controllers_laws,
     effort_findings,
     findings,
     with_unrecorded_axes,
@@ -45,7 +46,9 @@ def found(recording: Recording, name: str) -> dict[str, Finding]:
     start = fit(
         data, AxisModel((base,), axis.position_unit, axis.effort_unit), np.array([1.0, 0, 0, 0]), ()
     )
-    checks = findings([recording], name, data, start, effort_findings([recording], name))
+    (said,) = effort_findings([recording], name)
+    said = [*said, *controllers_laws([recording], name, data)]
+    checks = findings([recording], name, data, start, said)
     checks = with_unrecorded_axes(checks, [recording], data, start, noise_floor(data, start))
     return {finding.code: finding for finding in checks}
 
@@ -216,6 +219,6 @@ def test_what_forbids_a_cause_in_one_recording_does_so_in_any_order(
     data = prepare_axis(pair, name)
     base = Term(BASE, dict.fromkeys(PARAMETERS, 0.0))
     start = fit(data, AxisModel((base,), "rad", "A"), np.array([1.0, 0, 0, 0]), ())
-    late = [[Finding("effort_late", f"it blocks: {b}", "look", blocks=b)] for b in blocks]
+    late = [Finding("effort_late", f"it blocks: {b}", "look", blocks=b) for b in blocks]
     (found,) = (f for f in findings(pair, name, data, start, late) if f.code == "effort_late")
     assert found.message == "it blocks: True"
