@@ -103,11 +103,11 @@ def search_axis(
 
 
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
-    """What is selected where recordings may have friction of their own, and where the effort is
-    shifted as it is beside the causes that were found: first those that the grids show."""
+    """What is selected where the effort is shifted as it is beside the first causes, and where
+    recordings may have friction of their own."""
     first = first_selected(data, known)
     selected = selected_model(data_beside_causes(first) or data, known, first)
-    for other in (own_friction_data, data_beside_causes, delayed_data):
+    for other in (own_friction_data, delayed_data):
         moved = other(selected)
         if moved is not None:
             again = selected_model(moved, known, selected)
