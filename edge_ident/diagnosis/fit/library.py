@@ -36,6 +36,10 @@ Array = NDArray[np.float64]
 
 Grid = Mapping[str, Array]
 """Values of a candidate's nonlinear parameters by name, arrays (D,)."""
+_RIDGE: Final = 1e-9
+"""On the Gram matrix of regressors of unit length."""
+_MOST: Final = 1e9
+"""Factor on the error of an actuator that follows no command, where a number is needed."""
 _TOLD_APART: Final = 1e4
 """Largest condition number of a model's columns with which products with them, and not with a basis
 of them, are as good but for rounding."""
@@ -366,13 +370,30 @@ class ResidualSubspace:
     ) -> Array:
         """Regressors (D, k, n) of a candidate at the valid samples.
 
-        Those of an effect that is integrated are kept: searches on several residuals begin around
-        the same point of its grid. So are those of points that recur, where efforts add up.
+        Those of points that recur are kept, where efforts add up: searches on several residuals
+        begin around the same point of a grid.
         """
-        recurring = recurring and self.adds_up
-        kept = adds(candidate) and (recurring or named(candidate.effect).memory_scale)
-        rows = kept_rows if kept else grid_rows
+        rows = kept_rows if recurring and adds(candidate) else grid_rows
         return rows(self.data, self.axis, candidate, nonlinear)
+
+    def residuals(
+        self, candidate: Candidate, nonlinear: Grid, rows: Array
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """What is left (D, n) beside regressors (D, k, n), as far as it is orthogonal to the basis,
+        enlarged by what it costs that an actuator ignores commands; and whether the linear
+        parameters are inside their bounds, (D,)."""
+        rows = rows - (rows @ self.basis) @ self.basis.T
+        if not candidate.form.linear:
+            penalty = ignored_command_penalty(self.data, term(candidate, nonlinear, {}))
+            root = np.sqrt(np.minimum(penalty, _MOST))[:, None]
+            return (self.left - rows[:, 0]) * root, np.isfinite(penalty)
+        length = np.maximum(np.linalg.norm(rows, axis=2), _TINY)
+        unit = rows / length[..., None]
+        gram = unit @ unit.transpose(0, 2, 1) + _RIDGE * np.eye(rows.shape[1])
+        sizes = np.linalg.solve(gram, (unit @ self.left)[..., None])[..., 0]
+        low, high = bounds_of(candidate)
+        physical = np.all((sizes >= low * length) & (sizes <= high * length), axis=1)
+        return self.left - np.einsum("dk,dkn->dn", sizes, unit), physical
 
     def score(
         self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool = False
@@ -389,14 +410,6 @@ class ResidualSubspace:
         """
         rows = self.regressors(candidate, nonlinear, recurring=recurring)
         return self.score_at(candidate, nonlinear, rows, grid)
-
-    def score_all(
-        self, candidate: Candidate, nonlinear: Grid, grid: Grid, *, recurring: bool
-    ) -> tuple[ScoredCandidate, Array]:
-        """The best of D sets of nonlinear parameters, and the errors (D,) of all."""
-        rows = self.regressors(candidate, nonlinear, recurring=recurring)
-        errors, linear = self._fit(candidate, nonlinear, rows)
-        return _best(candidate, nonlinear, errors, linear, grid), errors
 
     def score_library(
         self,

@@ -7,7 +7,6 @@ from typing import Final, Self
 import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.model.effects import named
@@ -189,17 +188,3 @@ def orthonormal(jacobian: Array) -> Array:
     """Orthonormal basis (n, R) of the columns of a Jacobian (n, P)."""
     left, singular, _ = np.linalg.svd(unit_length(jacobian)[0], full_matrices=False)
     return np.asarray(left[:, singular > 1e-7 * singular[0]])
-
-
-@cache
-def around(dimensions: int) -> Array:
-    """Points (P, dimensions) of a cube about zero, zero among them, to try around a set of values.
-
-    One or two dimensions have a grid, more have a Sobol sequence.
-    """
-    if dimensions <= 2:
-        line = np.linspace(-1.0, 1.0, 9 if dimensions == 1 else 5)
-        mesh = np.meshgrid(*[line] * dimensions, indexing="ij")
-        return np.stack(mesh, axis=-1).reshape(-1, dimensions)
-    scattered = qmc.Sobol(dimensions, scramble=False).random_base2(6)
-    return np.vstack([np.zeros(dimensions), 2.0 * scattered - 1.0])

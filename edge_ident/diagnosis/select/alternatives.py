@@ -10,7 +10,7 @@ import numpy as np
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.fit.library import ResidualSubspace, ScoredCandidate
-from edge_ident.diagnosis.fit.refinement import FINE, refined
+from edge_ident.diagnosis.fit.refinement import refined
 from edge_ident.diagnosis.result import Alternative
 from edge_ident.diagnosis.select.acceptance import Decision, Evidence, decide, separable
 from edge_ident.diagnosis.select.cross_validation import near_zero
@@ -134,7 +134,7 @@ def _closest(
     candidate = scored.candidate
     if not candidate.form.nonlinear or candidate.descends:
         return other
-    term = refined(subspace, scored, search.grids[candidate], FINE).term
+    term = refined(subspace, scored, search.grids[candidate]).term
     return min(other, search.fit(rest.base, (*rest.terms, term)), key=lambda fitted: fitted.error)
 
 

@@ -17,7 +17,6 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, build, delayed, fit
 from edge_ident.diagnosis.fit.held_out import Gain
 from edge_ident.diagnosis.fit.library import ResidualSubspace, ScoredCandidate
 from edge_ident.diagnosis.fit.linear import orthonormal
-from edge_ident.diagnosis.fit.refinement import FINE
 from edge_ident.diagnosis.measures import worth_naming
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Refused
@@ -363,7 +362,7 @@ def polished(search: Search, fitted: FittedModel) -> FittedModel:
         basis = orthonormal(others)
         subspace = replace(ResidualSubspace.of(search.data, rest), basis=basis, adds_up=False)
         here, grid = ScoredCandidate(term, np.inf), search.grids[term.candidate]
-        better = search.refinements.refined(subspace, here, grid, FINE)
+        better = search.refinements.refined(subspace, here, grid)
         terms = (*fitted.terms[:place], better.term, *fitted.terms[place + 1 :])
         candidate = search.fit(fitted.base, terms)
         if candidate.error < fitted.error:
