@@ -46,7 +46,7 @@ from edge_ident.support.words import spoken
 Array = NDArray[np.float64]
 
 
-ALIKE: Final = 0.9
+_ALIKE: Final = 0.9
 """Concurvity: share of the mean square of a curve's effort that the curves over another quantity
 imitate, from which the motion does not tell the two apart."""
 _RIDGE: Final = 1e-6
@@ -163,23 +163,25 @@ def _place(effect: str) -> str:
 
 def _unlike(missed: Missed, products: Products) -> dict[str, Array]:
     """Contributions of the effects that no curve imitates."""
+    every = range(len(products.places))
     return {
         name: part
         for name, part in missed.laws.items()
-        if max((imitated(products, part, k) for k in range(len(products.places))), default=0.0)
-        < ALIKE
+        if not any(map(imitation(products, part), every))
     }
 
 
-def imitated(products: Products, part: Array, curve: int) -> float:
-    """Concurvity: share of the mean square of a part (n,) that a curve imitates beside the base, in
-    stretches of time to which it was not fitted."""
+def imitation(products: Products, part: Array) -> Callable[[int], bool]:
+    """Tells of each curve whether it imitates a part (n,) beside the base, in stretches of time to
+    which it was not fitted (concurvity)."""
     scale = max(float(np.sqrt(np.mean(part**2))), _TINY)
     of_part = products.with_signal(part / scale)
-    alone, beside = (
-        float(np.mean(fitted(of_part, curves).held_out(1)[0] ** 2)) for curves in ((), (curve,))
-    )
-    return 1.0 - beside / alone if alone > _RIDGE else 0.0
+
+    def left(*curves: int) -> float:
+        return float(np.mean(fitted(of_part, curves).held_out(1)[0] ** 2))
+
+    alone = left()
+    return lambda curve: alone > _RIDGE and left(curve) < (1.0 - _ALIKE) * alone
 
 
 @dataclass(frozen=True)
@@ -243,10 +245,10 @@ class Account:
     def alike(self, k: int) -> tuple[str, ...]:
         """The quantities whose curves imitate what a curve accounts for."""
         part, own = self._parts[k], self.curves[k].kind.where
-        found = [own]
+        found, imitates = [own], imitation(self.model.products, part)
         for j, curve in enumerate(self.curves):
             where = curve.kind.where
-            if where not in found and imitated(self.model.products, part, j) > ALIKE:
+            if where not in found and imitates(j):
                 found.append(where)
         return tuple(found)
 
@@ -273,7 +275,7 @@ class Account:
         return tuple(
             name
             for name, effort in self.missed.laws.items()
-            if max(imitated(self.model.products, effort, k) for k in members) > ALIKE
+            if any(map(imitation(self.model.products, effort), members))
         )
 
     def _share(self, part: Array, whole: float) -> tuple[float, tuple[float, float]]:

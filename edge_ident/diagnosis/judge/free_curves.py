@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import ALIKE, imitated, missed, products_of
+from edge_ident.diagnosis.budget.account import imitation, missed, products_of
 from edge_ident.diagnosis.budget.curves import Curve
 from edge_ident.diagnosis.budget.smoothing import fitted
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
@@ -62,10 +62,10 @@ def _contests(
     data = search.data
     base = missed(data, search.criterion.start, floor, model.axis.units, {})
     products = products_of(base, base.curves)
-    efforts = {k: term_effort(data, model, k)[data.valid] for k in own}
+    imitates = {k: imitation(products, term_effort(data, model, k)[data.valid]) for k in own}
     found: dict[tuple[int, ...], dict[int, Curve]] = {}
     for number, curve in enumerate(base.curves):
-        alike = tuple(k for k in own if imitated(products, efforts[k], number) > ALIKE)
+        alike = tuple(k for k in own if imitates[k](number))
         for laws in {alike, *((k,) for k in own)} - {()}:
             names = {named(model.terms[k].candidate.effect).search.curve for k in laws}
             if names != {(curve.kind.what, curve.kind.over_what)}:
