@@ -8,8 +8,7 @@ import math
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import groupby, pairwise
-from typing import Final, NamedTuple, Self
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,80 +44,77 @@ _TOLD_APART: Final = 1e4
 of them, are as good but for rounding."""
 
 
-class _Alike(NamedTuple):
-    """Candidates with the same number k of linear parameters.
-
-    Attributes
-    ----------
-    points : mapping of Candidate to slice
-        Points of each, among the D of all.
-    rows : slice
-        Of these, among the regressors of all candidates.
-    gram : (D, k, k) array
-        Scalar products of the regressors at each point.
-    low, high : (D, k) arrays
-        Bounds of the linear parameters; (D, 0) for forms without any.
-    """
-
-    points: Mapping[Candidate, slice]
-    rows: slice
-    gram: Array
-    low: Array
-    high: Array
-
-
 @dataclass(frozen=True)
 class Library:
     """Regressors of candidates at the points of their grids.
 
     Attributes
     ----------
+    data : AxisData
+    axis : AxisModel
+        The base model.
     points : mapping of Candidate to Grid
         Nonlinear parameters at D points of each candidate.
     rows : mapping of Candidate to (D, k, n) array
-        The regressors there, at the valid samples, by the number k of linear parameters.
+        The regressors there, at the valid samples.
     products : dict
         Products with columns that many models have, by column.
     """
 
+    data: AxisData
+    axis: AxisModel
     points: Mapping[Candidate, Grid]
     rows: Mapping[Candidate, Array]
     products: dict[bytes, Array] = field(default_factory=dict, compare=False)
 
     @classmethod
-    def of(cls, points: Mapping[Candidate, Grid], regressors: Mapping[Candidate, Array]) -> Self:
-        """From regressors (D, k, n) of every candidate."""
-        return cls(points, {c: regressors[c] for c in sorted(regressors, key=_linear_count)})
+    def of(
+        cls,
+        data: AxisData,
+        axis: AxisModel,
+        points: Mapping[Candidate, Grid],
+        before: Self | None = None,
+    ) -> Self:
+        """Of all candidates; what an earlier library has is taken over."""
+        rows = {
+            c: before.rows[c]
+            if before is not None and before._holds(data, axis, c, grid)
+            else grid_rows(data, axis, c, grid)
+            for c, grid in points.items()
+        }
+        return cls(data, axis, points, rows)
+
+    def _holds(self, data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid) -> bool:
+        """Whether the regressors of a candidate follow from the motion, and neither this nor the
+        grid, the valid samples or what they depend on changed."""
+        if candidate not in self.rows or not named(candidate.effect).additive:
+            return False
+        before = self.points[candidate]
+        alike = before.keys() == grid.keys() and all(
+            np.array_equal(before[name], grid[name]) for name in grid
+        )
+        keys = (beside_key(of, candidate)[0] for of in (self.axis, axis))
+        return alike and len(set(keys)) == 1 and _same_motion(self.data, data)
 
     def __iter__(self) -> Iterator[Candidate]:
         return iter(self.points)
 
-    def __contains__(self, candidate: object) -> bool:
-        return candidate in self.points
-
-    def __getitem__(self, candidate: Candidate) -> Array:
-        """Regressors (D, k, n) of a candidate."""
-        return self.rows[candidate]
-
     @cached_property
-    def _blocks(self) -> list[_Alike]:
-        found, first = [], 0
-        for _, alike in groupby(self.rows, key=_linear_count):
-            found.append(_alike({c: self.rows[c] for c in alike}, first))
-            first = found[-1].rows.stop
-        return found
+    def _grams(self) -> dict[Candidate, Array]:
+        """Scalar products (D, k, k) of the regressors at each point."""
+        return {c: x @ x.transpose(0, 2, 1) for c, x in self.rows.items()}
 
     def fits(self, subspace: "ResidualSubspace") -> dict[Candidate, tuple[Array, Array]]:
         """Errors (D,) and linear parameters (D, k) of every candidate at each of its D points,
         fitted to the residual of a model."""
-        left, found = subspace.left, {}
+        left, found, first = subspace.left, {}, 0
         total, products, known = float(left @ left), self._times(left), self._known(subspace)
-        for block in self._blocks:
-            shape = block.gram.shape[:2]
-            part = Orthogonal.of(block.gram, known[block.rows].reshape(*shape, -1))
-            product = products[block.rows].reshape(shape)
-            errors, linear = part.fit(product, total, block.low, block.high)
-            found.update({c: (errors[at], linear[at]) for c, at in block.points.items()})
+        for candidate, gram in self._grams.items():
+            at, shape = slice(first, first + gram[..., 0].size), gram.shape[:2]
+            component = Orthogonal.of(gram, known[at].reshape(*shape, -1))
+            bounds = bounds_of(candidate)
+            found[candidate] = component.fit(products[at].reshape(shape), total, *bounds)
+            first = at.stop
         return found
 
     def _known(self, subspace: "ResidualSubspace") -> Array:
@@ -142,21 +138,6 @@ class Library:
     def _times(self, columns: Array) -> Array:
         """Products (L, ...) of all regressors with columns (n, ...)."""
         return np.concatenate([x.reshape(-1, x.shape[-1]) @ columns for x in self.rows.values()])
-
-
-def _linear_count(candidate: Candidate) -> int:
-    return len(candidate.form.linear)
-
-
-def _alike(regressors: Mapping[Candidate, Array], first: int) -> _Alike:
-    """The block of candidates with regressors (D, k, n), the first of which is that of a row."""
-    grams = [x @ x.transpose(0, 2, 1) for x in regressors.values()]
-    ends = np.cumsum([0, *map(len, grams)]).tolist()
-    points = {c: slice(*of) for c, of in zip(regressors, pairwise(ends), strict=True)}
-    bounds = [np.tile(bounds_of(c), (len(g), 1, 1)) for c, g in zip(regressors, grams, strict=True)]
-    low, high = np.concatenate(bounds).swapaxes(0, 1)
-    gram = np.concatenate(grams)
-    return _Alike(points, slice(first, first + gram[..., 0].size), gram, low, high)
 
 
 # What it costs a model that its actuator ignores commands.
@@ -220,43 +201,6 @@ def _ignored_in(raw: Array, effect: Effect, values: Values) -> tuple[NDArray[np.
 
 
 # Regressors at the points of grids, and those that an earlier search or step computed.
-
-
-@dataclass(frozen=True)
-class Searched:
-    """What an earlier search of an axis computed at the points of its grids.
-
-    Attributes
-    ----------
-    data : AxisData
-    axis : AxisModel
-        The base model.
-    library : Library
-    """
-
-    data: AxisData
-    axis: AxisModel
-    library: Library
-
-    def rows(self, data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid) -> Array:
-        """Regressors (D, k, n) of a candidate at the valid samples.
-
-        They are those of the earlier search where they follow from the motion, and neither this nor
-        the grid, the valid samples or what they depend on changed.
-        """
-        if self._holds(data, axis, candidate, grid):
-            return self.library[candidate]
-        return grid_rows(data, axis, candidate, grid)
-
-    def _holds(self, data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid) -> bool:
-        if candidate not in self.library or not named(candidate.effect).additive:
-            return False
-        before = self.library.points[candidate]
-        alike = before.keys() == grid.keys() and all(
-            np.array_equal(before[name], grid[name]) for name in grid
-        )
-        keys = (beside_key(of, candidate)[0] for of in (self.axis, axis))
-        return alike and len(set(keys)) == 1 and _same_motion(self.data, data)
 
 
 def grid_rows(data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid) -> Array:

@@ -130,7 +130,7 @@ def _unnoticed_effort(search: Search, basis: Array, candidate: Candidate, noise:
     """Rms effort that a candidate with typical parameters may have without being noticed."""
     cost = search.criterion.penalty(candidate) + DECISIVE.value
     noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
-    share = float(np.median(_orthogonal_shares(search.library[candidate], basis)))
+    share = float(np.median(_orthogonal_shares(search.library.rows[candidate], basis)))
     return float(noticed / share) if share > np.finfo(float).eps else np.inf
 
 

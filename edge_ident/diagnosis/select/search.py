@@ -29,8 +29,6 @@ from edge_ident.diagnosis.fit.library import (
     Library,
     ResidualSubspace,
     ScoredCandidate,
-    Searched,
-    grid_rows,
     ignored_command_penalty,
 )
 from edge_ident.diagnosis.fit.linear import solve
@@ -345,8 +343,7 @@ class Search:
         spread = excitation if before is None else before.excitation
         grids: dict[Candidate, Grid] = {c: grid(c, spread) for c in every}
         spectrum = Spectrum.of(data)
-        found = grid_rows if before is None else before.searched.rows
-        library = Library.of(grids, {c: found(data, start.axis, c, grids[c]) for c in every})
+        library = Library.of(data, start.axis, grids, before.library if before else None)
         searched = {**grids, VIBRATION: spectrum.grid}
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
@@ -357,11 +354,6 @@ class Search:
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
         return replace(self, criterion=self.criterion.with_samples(samples))
-
-    @property
-    def searched(self) -> Searched:
-        """What a search of the same motion may take over."""
-        return Searched(self.data, self.criterion.start.axis, self.library)
 
     @property
     def grids(self) -> Mapping[Candidate, Grid]:

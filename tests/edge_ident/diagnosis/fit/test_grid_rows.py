@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edge_ident.diagnosis.fit.candidates import Candidate
-from edge_ident.diagnosis.fit.library import grid_rows
+from edge_ident.diagnosis.fit.library import Library, grid_rows
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
@@ -30,9 +30,10 @@ def moved(data: AxisData) -> AxisData:
 def taken_over(search: Search, data: AxisData, candidate: Candidate) -> bool:
     """Whether a candidate's regressors are those of the search, and not computed again."""
     axis = fitted_base(data, TEMPLATE).axis
-    rows = search.searched.rows(data, axis, candidate, search.grids[candidate])
-    np.testing.assert_array_equal(rows, grid_rows(data, axis, candidate, search.grids[candidate]))
-    return np.shares_memory(rows, search.library[candidate])
+    grid = search.grids[candidate]
+    rows = Library.of(data, axis, {candidate: grid}, search.library).rows[candidate]
+    np.testing.assert_array_equal(rows, grid_rows(data, axis, candidate, grid))
+    return np.shares_memory(rows, search.library.rows[candidate])
 
 
 def test_what_follows_from_the_motion_is_taken_over(search: Search) -> None:
@@ -49,7 +50,7 @@ def test_another_grid_or_other_samples_are_computed(search: Search) -> None:
     data, axis = moved(search.data), search.criterion.start.axis
     ripple = next(c for c in search.library if c.effect == "torque_ripple")
     other = {name: 1.01 * values for name, values in search.grids[ripple].items()}
-    rows = search.searched.rows(data, axis, ripple, other)
+    rows = Library.of(data, axis, {ripple: other}, search.library).rows[ripple]
     np.testing.assert_array_equal(rows, grid_rows(data, axis, ripple, other))
     fewer = replace(data, valid=data.valid & (np.arange(len(data.valid)) % 2 == 0))
     assert not taken_over(search, fewer, ripple)
@@ -64,4 +65,4 @@ def test_a_search_of_the_moved_effort_keeps_the_grids(search: Search) -> None:
         points = after.library.points[candidate]
         assert all(np.array_equal(points[k], v) for k, v in search.grids[candidate].items())
         rows = grid_rows(data, start.axis, candidate, points)
-        np.testing.assert_array_equal(after.library[candidate], rows)
+        np.testing.assert_array_equal(after.library.rows[candidate], rows)

@@ -49,7 +49,7 @@ def left_beside(columns: Array, target: Array) -> float:
 def test_a_library_scores_as_least_squares_do(data: AxisData, base: FittedModel) -> None:
     ripple, points = ripple_of(data), {"period": PERIODS}
     rows = regressors(data, base.axis, ripple, points)[..., data.valid]
-    library = Library.of({ripple: points}, {ripple: rows})
+    library = Library.of(data, base.axis, {ripple: points})
     subspace = ResidualSubspace.of(data, base)
     for _ in range(2):  # the second time with what was kept
         (scored,) = subspace.score_library(library, {ripple: points}, frozenset())
