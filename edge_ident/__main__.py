@@ -16,15 +16,7 @@ import sys
 from importlib.util import find_spec
 from typing import Final
 
-from edge_ident.support.process import (
-    INTERRUPTED,
-    end_at_once,
-    exit_code_counts,
-    flushed,
-    open_closed,
-    show_any_character,
-    uncut,
-)
+from edge_ident.support import process
 
 _ALLOCATED: Final = 100_000
 """Objects after which garbage is looked for: more than a command loads, which all stay."""
@@ -35,12 +27,12 @@ _OWN_HASHES: Final = (
 """Modules of Python's own hash functions."""
 
 
-@uncut
+@process.uncut
 def main() -> None:
     """Entry point of the `edge-ident` script."""
-    end_at_once()
-    open_closed()
-    show_any_character()
+    process.end_at_once()
+    process.open_closed()
+    process.show_any_character()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_ALLOCATED)
     if all(find_spec(name) for name in _OWN_HASHES):
@@ -51,13 +43,13 @@ def main() -> None:
         try:
             command_line()
         finally:
-            end_at_once()
+            process.end_at_once()
     except KeyboardInterrupt:  # after the last that the command line does
-        sys.exit(INTERRUPTED)
+        sys.exit(process.INTERRUPTED)
     finally:
-        flushed(sys.stderr)
+        process.flushed(sys.stderr)
         # nothing is left to be cleaned up while the interpreter shuts down
-        exit_code_counts()
+        process.exit_code_counts()
         gc.freeze()
 
 

@@ -42,9 +42,12 @@ from edge_ident.estimation.manifest import BUILT_IN, GRAPHS, Graph, load_manifes
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
-from edge_ident.report import profile_document, profile_view, show, write_json
+from edge_ident.report.machine import profile_view
+from edge_ident.report.render import show
+from edge_ident.report.run_documents import profile_document
 from edge_ident.signals.metrics import POINTS
 from edge_ident.simulation.simulate import simulate
+from edge_ident.support.documents import write_json
 from edge_ident.support.stopwatch import Stopwatch
 
 Array = NDArray[np.float64]

@@ -400,10 +400,7 @@ class _Residuals:
         missed = np.linalg.norm(effort - problem.effort) / np.linalg.norm(problem.effort)
         problem.note(f"simulation {self.simulations}, residual {missed:.2%}")
         return np.concatenate(
-            [
-                (effort - problem.effort) / self._effort_noise,
-                position / self._position_noise,
-            ]
+            [(effort - problem.effort) / self._effort_noise, position / self._position_noise]
         )
 
 

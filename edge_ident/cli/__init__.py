@@ -38,15 +38,8 @@ GROUPS: Final = {
         "survey": "survey",
         "compare": "identify",
     },
-    "Without a machine": {
-        "simulate": "board",
-        "board": "board",
-        "plant": "board",
-    },
-    "Networks": {
-        "train": "offline",
-        "export": "offline",
-    },
+    "Without a machine": {"simulate": "board", "board": "board", "plant": "board"},
+    "Networks": {"train": "offline", "export": "offline"},
     "Settings": {"config": "config"},
 }
 """The module of each command, in the groups and the order of the help."""

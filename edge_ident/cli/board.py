@@ -17,11 +17,12 @@ from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
 from edge_ident.cli.settings import board_setting
+from edge_ident.support.words import plain_number
 
 if TYPE_CHECKING:
     from typing import Literal
 
-    from edge_ident.commissioning import Failure
+    from firmware_interface.virtual.server import Failure
 
     Motion = (
         Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording | edge_ident.Trajectory
@@ -139,10 +140,10 @@ def board(
     if tcp is not None:
         say("Modbus has no authentication: anyone who can connect to this port controls the board")
     with ExitStack() as links:
-        commissioning.serve(
+        commissioning.server.serve(
             pty=pty, tcp_port=tcp, bind=bind, speed=_parse_speed(speed), on_ready=ready,
             plant=hidden.plant() if hidden else None,
-            identifier=commissioning.VirtualNetwork(stays=True),
+            identifier=commissioning.ports.VirtualNetwork(stays=True),
             failures=failures, on_failure=say,
         )  # fmt: skip
 
@@ -201,7 +202,7 @@ def _press_stop(link: Path) -> None:
 
 def _parse_failures(texts: list[str]) -> list["Failure"]:
     try:
-        return [commissioning.Failure.parse(text) for text in texts]
+        return [commissioning.server.Failure.parse(text) for text in texts]
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--fail") from error
 
@@ -211,7 +212,7 @@ def _parse_speed(text: str) -> float | None:
     if text == "max":
         return None
     try:
-        speed = commissioning.plain_number(text)
+        speed = plain_number(text)
     except ValueError:
         speed = 0.0
     if not 0.01 <= speed <= 100.0:
@@ -254,8 +255,8 @@ def plant(
             print(path, flush=True)
         say(f"ready; start the firmware with: --plant {path}   (Ctrl-C to end)")
 
-    known = hidden or commissioning.Hidden((), ())
-    commissioning.serve_plant(socket, known.plant, ready)
+    known = hidden or commissioning.hiding.Hidden((), ())
+    commissioning.plant_socket.serve_plant(socket, known.plant, ready)
 
 
 # The command simulate: from a model to a recording.
@@ -382,7 +383,9 @@ def simulate(
             say(f"warning: axis {name}: {finding.message}")
     if json:
         print_document(
-            report.simulation_document(recording, output, model, motion.motion, seed, left)
+            report.documents.simulation_document(
+                recording, output, model, motion.motion, seed, left
+            )
         )
     else:
         print(output)

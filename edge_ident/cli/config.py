@@ -130,8 +130,7 @@ def _option(context: typer.Context, key: str) -> Any:
     known = dict(settings.options(context.find_root().command))
     if key not in known:
         raise typer.BadParameter(
-            f"there is no setting {key}; choose from {', '.join(sorted(known))}",
-            param_hint="NAME",
+            f"there is no setting {key}; choose from {', '.join(sorted(known))}", param_hint="NAME"
         )
     return known[key]
 

@@ -16,8 +16,7 @@ from edge_ident.support.stopwatch import keep
 # The command diagnose: what a model gets wrong, and why.
 
 RecordingFiles = Annotated[
-    list[Path],
-    typer.Argument(metavar="FILE", help="Recordings of one machine."),
+    list[Path], typer.Argument(metavar="FILE", help="Recordings of one machine.")
 ]
 ValidationFile = Annotated[
     Path | None,
@@ -40,8 +39,7 @@ Tolerance = Annotated[
     ),
 ]
 Stability = Annotated[
-    bool,
-    typer.Option(help="Deprecated, and without effect: no search is repeated any more."),
+    bool, typer.Option(help="Deprecated, and without effect: no search is repeated any more.")
 ]
 KeepMinor = Annotated[
     bool,
@@ -105,14 +103,14 @@ def diagnose(
         )  # fmt: skip
     shown = results.output and results.output / _PAGES[page]
     done = reading.done(*files, validate, page=shown, model=model)
-    found = report.with_next_steps(found, done)
+    found = report.findings.with_next_steps(found, done)
     model_file = None
     if results.output:
         model_file = options.save_result_model(found.model, files, results.output, known)
-        source = report.Provenance.of(files, validate, machine)
+        source = report.rendering.Provenance.of(files, validate, machine)
         say(f"written: {_written(page, found, source, results.output, model_file)}")
-    results.deliver(report.diagnosis_document(found, model_file), "diagnosis.json")
-    results.answer(lambda: report.diagnosis_answer(found, done, details=details))
+    results.deliver(report.diagnosis.diagnosis_document(found, model_file), "diagnosis.json")
+    results.answer(lambda: report.diagnosis.diagnosis_answer(found, done, details=details))
     if not found.conclusive:
         raise typer.Exit(UNTRUSTED)
 
@@ -120,14 +118,16 @@ def diagnose(
 def _written(
     page: str,
     found: edge_ident.Diagnosis,
-    source: report.Provenance,
+    source: report.rendering.Provenance,
     folder: Path,
     model_file: Path | None,
 ) -> Path:
     """The page that was written."""
     if page == "markdown":
-        return report.write_markdown(found, [name for name, _ in source.files], folder)
-    return report.write_page(found, source, folder, model_file)
+        return report.diagnosis_page.write_markdown(
+            found, [name for name, _ in source.files], folder
+        )
+    return report.diagnosis_page.write_page(found, source, folder, model_file)
 
 
 # The command plan: the motion that separates causes.
@@ -191,11 +191,11 @@ def plan(
     elif found.trajectory is not None:
         say("keep the motion with --output FILE, and run it with: edge-ident capture --motion FILE")
     if json:
-        print_document(report.plan_document(found, written))
+        print_document(report.plan.plan_document(found, written))
     else:
-        report.show(found)
+        report.render.show(found)
     if found.trajectory is None:
-        say("next:  " + report.plan_next_step(found))
+        say("next:  " + report.plan.plan_next_step(found))
     if found.pairs and not all(pair.separated for pair in found.pairs):
         raise typer.Exit(UNTRUSTED)
 

@@ -10,6 +10,7 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import say
+from edge_ident.support.next_step import Done
 
 RecordingFile = Annotated[
     Path,
@@ -61,11 +62,7 @@ class FileOptions:
     ] = None
     rated_effort: Annotated[
         str | None,
-        typer.Option(
-            "--rated-effort",
-            metavar="EFFORT",
-            help="Effort at 100 %, such as 2.4Nm.",
-        ),
+        typer.Option("--rated-effort", metavar="EFFORT", help="Effort at 100 %, such as 2.4Nm."),
     ] = None
     torque_constant: Annotated[
         float | None,
@@ -164,11 +161,11 @@ class FileOptions:
 
     def done(
         self, *files: Path | None, page: Path | None = None, model: Path | None = None
-    ) -> "report.Done":
+    ) -> Done:
         """What was done with files, for the next step."""
         named = tuple(str(file) for file in files if file is not None)
         of_page, of_model = ("" if one is None else str(one) for one in (page, model))
-        return report.Done(named, self.typed(), of_page, model=of_model)
+        return Done(named, self.typed(), of_page, model=of_model)
 
     def read(self, file: Path) -> "edge_ident.Recording":
         """Read and check a recording; what was decided goes to stderr.
@@ -181,13 +178,13 @@ class FileOptions:
         """
         found = self.inspect(file)
         if found.questions:
-            for line in report.inspection_lines(found):
+            for line in report.recordings.inspection_lines(found):
                 say(line)
             raise edge_ident.DataError(self.doubt(found), self.accepting(found, file))
         for line in found.assumptions:
             say(f"{file.name}: {line}")
         recording = found.recording()
-        for line in report.resting_lines(found, recording) if recording.passive else ():
+        for line in report.recordings.resting_lines(found, recording) if recording.passive else ():
             say(line)
         return recording
 

@@ -14,11 +14,13 @@ from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, wit
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import progress_if_any, say, shown_progress
 from edge_ident.cli.sessions import connected, located
+from edge_ident.support.next_step import Done
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from edge_ident import Board
-    from edge_ident.commissioning import Bank, Forecasts
+    from edge_ident.commissioning.promise import Forecasts
+    from firmware_interface.gains import Bank
 
 
 _HELP: Final = """Design gains from a recording (gains FILE), or manage the gains of a board.
@@ -83,9 +85,9 @@ def design(
             diagnose=not no_diagnose, on_progress=show,
         )  # fmt: skip
     done = recording.done(recording.file, model=model)
-    found = report.with_next_steps(found, done)
+    found = report.findings.with_next_steps(found, done)
     if not found.trusted:
-        results.deliver(report.gains_document(found, {}), "gains.json")
+        results.deliver(report.documents.gains_document(found, {}), "gains.json")
         _show(found, results, done, details=details)
         if not results.json:
             say("no gains were designed: the parameters are not trusted")
@@ -94,7 +96,7 @@ def design(
         found.model, described, bandwidth_rad_s=bandwidth, control_delay_s=control_delay,
         at_s=max(axis.end_s for axis in found.axes.values()),
     )  # fmt: skip
-    results.deliver(report.gains_document(found, designs.axes), "gains.json")
+    results.deliver(report.documents.gains_document(found, designs.axes), "gains.json")
     _show(found, results, done, details=details)
     results.show(designs)
     if results.output and not results.json:
@@ -103,15 +105,13 @@ def design(
 
 
 def _show(
-    found: edge_ident.Identification,
-    results: options.ResultOptions,
-    done: "report.Done",
-    *,
-    details: bool,
+    found: edge_ident.Identification, results: options.ResultOptions, done: Done, *, details: bool
 ) -> None:
     then = _NEXT if results.output is None else ""
     results.answer(
-        lambda: report.identification_answer(found, done, details=details, without_findings=then)
+        lambda: report.identification.identification_answer(
+            found, done, details=details, without_findings=then
+        )
     )
 
 
@@ -155,14 +155,14 @@ class ForecastOptions:
             return ()
         motion = None if self.recording is None else edge_ident.load_recording(self.recording)
         known = options.model_for(self.model, board.axes)
-        forecaster = commissioning.Forecaster(board.identity, board.limits(), known, motion)
+        forecaster = commissioning.promise.Forecaster(board.identity, board.limits(), known, motion)
         return forecaster.forecast(banks)
 
     def predict_stable(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
         """Predict, and refuse new gains that cannot work."""
         forecasts = self.predict(board, banks)
         for of_new in forecasts[1:]:
-            commissioning.check_stable(of_new)
+            commissioning.promise.check_stable(of_new)
         return forecasts
 
 
@@ -195,7 +195,7 @@ def show(
         active, status = board.active_gains(), board.status()
         staged = board.staged_gains() if status.staged_crc_ok else None
         banks = [active] if staged is None else [active, staged]
-        found = report.GainReport(
+        found = report.gains.GainReport(
             board.identity.serial_number,
             active,
             staged,
@@ -219,12 +219,12 @@ def diff(
 
     Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
     """
-    loaded = commissioning.load_gains(file)
+    loaded = commissioning.gain_transfer.load_gains(file)
     with connected(where) as (board, _):
         active = board.active_gains()
-        wanted = commissioning.wanted_gains(active, loaded)
+        wanted = commissioning.gain_change.wanted_gains(active, loaded)
         predicted = forecast.predict(board, [active, wanted])
-        found = report.GainReport(board.identity.serial_number, active, wanted, predicted)
+        found = report.gains.GainReport(board.identity.serial_number, active, wanted, predicted)
     _deliver(found, results)
 
 
@@ -244,17 +244,17 @@ def stage(
 
     Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
     """
-    loaded = commissioning.load_gains(file)
+    loaded = commissioning.gain_transfer.load_gains(file)
     with connected(where) as (board, _):
-        active = commissioning.settled_gains(board)
-        wanted = commissioning.wanted_gains(active, loaded)
+        active = commissioning.gain_change.settled_gains(board)
+        wanted = commissioning.gain_change.wanted_gains(active, loaded)
         predicted = _checked(board, active, wanted, forecast, change)
-        backup = commissioning.back_up(active, board.identity, change.backups)
-        commissioning.stage_gains(board, wanted)
+        backup = commissioning.gain_transfer.back_up(active, board.identity, change.backups)
+        commissioning.gain_transfer.stage_gains(board, wanted)
         number = board.identity.serial_number
         if loaded.serial_number not in (None, number):
             say(f"these are the gains of board {loaded.serial_number}, and this is board {number}")
-        found = report.GainReport(number, active, wanted, predicted, backup)
+        found = report.gains.GainReport(number, active, wanted, predicted, backup)
     _deliver(found, results, "the gains are staged, and not active")
     device = located(where).device
     if not _ends_with_the_command(device):
@@ -280,17 +280,17 @@ def commit(
     said = list[str]()
     with noting(said):
         with connected(where) as (board, drive):
-            commissioning.make_ready(board)
+            commissioning.safety.make_ready(board)
             active = board.active_gains()
-            staged = commissioning.staged_whole(board, active)
+            staged = commissioning.gain_transfer.staged_whole(board, active)
             predicted = _checked(board, active, staged, forecast, change)
-            backup = commissioning.back_up(active, board.identity, change.backups)
+            backup = commissioning.gain_transfer.back_up(active, board.identity, change.backups)
             with shown_progress() as bars:
                 known = options.given_model(forecast.model)
-                done = commissioning.commit_staged(board, drive, staged, bars, known)
+                done = commissioning.gain_change.commit_staged(board, drive, staged, bars, known)
                 said += _in_force(done)
             number = board.identity.serial_number
-            found = report.GainReport(number, active, staged, predicted, backup, done)
+            found = report.gains.GainReport(number, active, staged, predicted, backup, done)
         _deliver(found, results)
     if not (done.confirmed or done.unchanged):
         raise typer.Exit(UNTRUSTED)
@@ -308,9 +308,9 @@ def rollback(*, where: options.BoardOptions, results: options.ResultOptions) -> 
     said = list[str]()
     with noting(said):
         with connected(where) as (board, _):
-            commissioning.roll_back_unconfirmed(board)
+            commissioning.gain_change.roll_back_unconfirmed(board)
             said.append("the previous gains are in force")
-            found = report.GainReport(board.identity.serial_number, board.active_gains())
+            found = report.gains.GainReport(board.identity.serial_number, board.active_gains())
         _deliver(found, results)
 
 
@@ -331,11 +331,11 @@ def store(
     said = list[str]()
     with noting(said):
         with connected(where) as (board, _):
-            active = commissioning.settled_gains(board)
-            backup = commissioning.back_up(active, board.identity, backups)
+            active = commissioning.gain_change.settled_gains(board)
+            backup = commissioning.gain_transfer.back_up(active, board.identity, backups)
             board.store()
             said.append("the gains are stored")
-            found = report.GainReport(board.identity.serial_number, active, backup=backup)
+            found = report.gains.GainReport(board.identity.serial_number, active, backup=backup)
         _deliver(found, results)
     say("the gains are stored")
     _ends_with_the_command(located(where).device)
@@ -357,32 +357,28 @@ def restore(
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """
-    loaded, said = commissioning.load_gains(file), list[str]()
+    loaded, said = commissioning.gain_transfer.load_gains(file), list[str]()
     with noting(said):
         with connected(where) as (board, drive):
-            commissioning.check_owner(board, loaded)
-            commissioning.make_ready(board)
+            commissioning.gain_change.check_owner(board, loaded)
+            commissioning.safety.make_ready(board)
             active = board.active_gains()
-            wanted = commissioning.wanted_gains(active, loaded)
+            wanted = commissioning.gain_change.wanted_gains(active, loaded)
             predicted = _checked(board, active, wanted, forecast, change)
-            backup = commissioning.back_up(active, board.identity, change.backups)
+            backup = commissioning.gain_transfer.back_up(active, board.identity, change.backups)
             with shown_progress() as bars:
-                done = commissioning.restore_gains(board, drive, wanted, bars)
+                done = commissioning.gain_change.restore_gains(board, drive, wanted, bars)
                 said += _in_force(done)
             number = board.identity.serial_number
-            found = report.GainReport(number, active, wanted, predicted, backup, done)
+            found = report.gains.GainReport(number, active, wanted, predicted, backup, done)
         _deliver(found, results)
 
 
 def _checked(
-    board: "Board",
-    active: "Bank",
-    wanted: "Bank",
-    forecast: ForecastOptions,
-    change: ChangeOptions,
+    board: "Board", active: "Bank", wanted: "Bank", forecast: ForecastOptions, change: ChangeOptions
 ) -> "Forecasts":
     """Check gains before they are staged or committed; what is predicted of them."""
-    unchecked = commissioning.check_change(board, active, wanted, change.large_steps)
+    unchecked = commissioning.gain_change.check_change(board, active, wanted, change.large_steps)
     predicted = forecast.predict_stable(board, [active, wanted])
     if unchecked and not predicted:
         say(
@@ -400,12 +396,12 @@ def _ends_with_the_command(device: str) -> bool:
     return virtual
 
 
-def _in_force(done: "commissioning.GainChange") -> list[str]:
+def _in_force(done: "commissioning.verification.GainChange") -> list[str]:
     """What to note where the command ends before it tells its result."""
     return ["new gains are in force, and confirmed"] if done.confirmed else []
 
 
-def _deliver(found: "report.GainReport", results: options.ResultOptions, *done: str) -> None:
+def _deliver(found: "report.gains.GainReport", results: options.ResultOptions, *done: str) -> None:
     with noting(done):
-        results.deliver(report.gain_report_document(found), "board_gains.json")
-        results.show(report.gain_report_view(found))
+        results.deliver(report.gains.gain_report_document(found), "board_gains.json")
+        results.show(report.gains.gain_report_view(found))

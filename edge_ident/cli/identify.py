@@ -52,11 +52,13 @@ def identify(
             stopwatch=watch,
         )  # fmt: skip
     done = recording.done(recording.file, model=model)
-    found = report.with_next_steps(found, done)
+    found = report.findings.with_next_steps(found, done)
     if results.output:
         options.save_result_model(found.model, [recording.file], results.output, known)
-    results.deliver(report.identification_document(found), "identification.json")
-    results.answer(lambda: report.identification_answer(found, done, details=details))
+    results.deliver(report.documents.identification_document(found), "identification.json")
+    results.answer(
+        lambda: report.identification.identification_answer(found, done, details=details)
+    )
     if not found.shows_something:
         raise typer.Exit(UNTRUSTED)
 
@@ -115,8 +117,8 @@ def compare(
             on_stage=bars.stage, on_note=bars.note,
         )  # fmt: skip
     if folder:
-        say(f"written: {report.save_figure(found.plot(), folder / 'comparison.png')}")
-    results.deliver(report.comparison_document(found), "comparison.json")
+        say(f"written: {report.render.save_figure(found.plot(), folder / 'comparison.png')}")
+    results.deliver(report.comparison.comparison_document(found), "comparison.json")
     results.show(found)
     if not found.answered:
         raise typer.Exit(UNTRUSTED)
@@ -152,13 +154,19 @@ def import_file(
     made = found.recording()
     if target is not None:
         edge_ident.save_recording(made, target)
-    for line in (*report.resting_lines(found, made), *report.scale_lines(made)):
+    for line in (
+        *report.recordings.resting_lines(found, made),
+        *report.recordings.scale_lines(made),
+    ):
         say(line)
     if json:
-        print_document(report.import_document(found, made, target))
+        print_document(report.recordings.import_document(found, made, target))
         return
     tell = print if target is None else say  # where a file is written, its path is the result
-    for line in (*report.inspection_lines(found), *report.recording_lines(made)):
+    for line in (
+        *report.recordings.inspection_lines(found),
+        *report.recordings.recording_lines(made),
+    ):
         tell(line)
     if target is not None:
         print(target)
@@ -167,9 +175,9 @@ def import_file(
 def _ask(found: "edge_ident.Inspection", recording: RecordingOptions, as_json: bool) -> NoReturn:
     """Show a proposal, what is not certain of it, and the command that accepts it."""
     if as_json:
-        print_document(report.import_document(found, None, None))
+        print_document(report.recordings.import_document(found, None, None))
     else:
-        for line in report.inspection_lines(found):
+        for line in report.recordings.inspection_lines(found):
             print(line)
     say(f"error: {recording.doubt(found)}")
     say(f"next:  {recording.accepting(found, recording.file)}")

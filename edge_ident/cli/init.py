@@ -18,7 +18,8 @@ from edge_ident.cli.options import Json
 from edge_ident.errors import DataError
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning import AxisSheet, DescribedDrive, Entry
+    from edge_ident.commissioning.data_sheet import AxisSheet, Entry
+    from edge_ident.commissioning.described_drive import DescribedDrive
 
 
 _FILE: Final = Path("drive.toml")
@@ -44,8 +45,7 @@ class SheetOptions:
         ),
     ] = None
     gear_ratio: Annotated[
-        _Texts,
-        _sheet_option("--gear-ratio", "NUMBER", "Turns of the motor per turn of the screw."),
+        _Texts, _sheet_option("--gear-ratio", "NUMBER", "Turns of the motor per turn of the screw.")
     ] = None
     encoder_at: Annotated[
         _Texts,
@@ -182,10 +182,10 @@ def init(
         given, accept=accept_implausible
     )
     made = answers.described(name or file.stem)
-    commissioning.write_drive(made.drive, file, made.origins, made.assumed)
+    commissioning.description.write_drive(made.drive, file, made.origins, made.assumed)
     say(f"use it with --drive {file}, or always: edge-ident config set drive {file.resolve()}")
     if json:
-        print_document(report.drive_document(made, file))
+        print_document(report.machine.drive_document(made, file))
     else:
         print(file)
 
@@ -296,8 +296,8 @@ class GivenTexts:
         """Options without which no description can be made."""
         lacking = [] if self.sample_rate else [option_of(_SAMPLE_RATE)]
         for axis in self.axes:
-            sheet = commissioning.AxisSheet(kind=self.of(axis, "kind") or "linear")
-            for entry in commissioning.SHEET_ENTRIES:
+            sheet = commissioning.data_sheet.AxisSheet(kind=self.of(axis, "kind") or "linear")
+            for entry in commissioning.data_sheet.SHEET_ENTRIES:
                 asked = entry.default is None and entry.question_for(sheet) is not None
                 if asked and self.of(axis, entry.name) is None:
                     lacking.append(option_of(entry.name))
@@ -327,21 +327,22 @@ class Answers(ABC):
         period_s = self._settled(
             _Matter(
                 "sample rate", "Sample rate of the board, in Hz", self._given.sample_rate, None,
-                commissioning.sampling_period_s, commissioning.period_doubts,
+                commissioning.described_drive.sampling_period_s,
+                commissioning.data_sheet.period_doubts,
                 lambda value: f"{1.0 / value:.6g} Hz = {value:.6g} s",
             )
         )  # fmt: skip
         sheets: dict[str, AxisSheet] = {}
         for axis in self._given.axes:
             sheets[axis] = self._alike(axis, sheets) or self._filled(axis)
-        made = commissioning.describe_drive(name, period_s, sheets)
+        made = commissioning.described_drive.describe_drive(name, period_s, sheets)
         for line in made.assumed:
             say(f"assumed: {line}")
         return made
 
     def _filled(self, axis: str) -> "AxisSheet":
-        sheet = commissioning.AxisSheet()
-        for entry in commissioning.SHEET_ENTRIES:
+        sheet = commissioning.data_sheet.AxisSheet()
+        for entry in commissioning.data_sheet.SHEET_ENTRIES:
             question = entry.question_for(sheet)
             if question is not None:
                 sheet = self._settled(self._matter(axis, sheet, entry, question))
@@ -357,9 +358,9 @@ class Answers(ABC):
             question,
             self._given.of(axis, entry.name),
             entry.default,
-            lambda text: commissioning.fill_sheet(sheet, entry, text),
-            lambda value: commissioning.sheet_doubts(value, entry),
-            lambda value: commissioning.sheet_in_si(value, entry),
+            lambda text: commissioning.data_sheet.fill_sheet(sheet, entry, text),
+            lambda value: commissioning.data_sheet.sheet_doubts(value, entry),
+            lambda value: commissioning.data_sheet.sheet_in_si(value, entry),
         )
 
     @abstractmethod

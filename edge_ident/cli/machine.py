@@ -13,10 +13,11 @@ from edge_ident.cli.messages import say, shown_progress
 from edge_ident.cli.options import BaudRate, BoardOptions, DriveFile, ResultOptions
 from edge_ident.cli.sessions import baud_rate_of, connected, device_of, drive_or_built_in, located
 from edge_ident.support.process import HANGUP, deaf_to_interrupts
+from edge_ident.support.words import plain_number
 
 if TYPE_CHECKING:
     from edge_ident import Board
-    from edge_ident.commissioning import BoardStatus
+    from firmware_interface.board import BoardStatus
 
 
 _MAY_MOVE: Final = (
@@ -91,13 +92,13 @@ def home(
     targets, distances = _angles(to or [], "--to"), _angles(by or [], "--by")
     with connected(where) as (board, _), shown_progress() as bars:
         if distances:
-            done = commissioning.move_by(board, distances, bars, speed)
+            done = commissioning.homing.move_by(board, distances, bars, speed)
         else:
             zero = dict.fromkeys(board.axes, 0.0)
-            done = commissioning.move_to(board, targets or zero, bars, speed)
-    lines = report.home_lines(done)
+            done = commissioning.homing.move_to(board, targets or zero, bars, speed)
+    lines = report.run_documents.home_lines(done)
     with noting(lines):
-        results.deliver(report.home_document(done), "home.json")
+        results.deliver(report.run_documents.home_document(done), "home.json")
         if not results.json:
             print("\n".join(lines), flush=True)
     for axis in done.stuck:
@@ -116,7 +117,7 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
         axis, _, number = text.partition("=")
         degrees = number.endswith("deg")
         try:
-            angle = commissioning.plain_number(number.removesuffix("deg"))
+            angle = plain_number(number.removesuffix("deg"))
         except ValueError:
             raise typer.BadParameter(
                 f"{text}: write the axis and a number, such as x=1.57 (rad) or x=90deg",
@@ -138,8 +139,8 @@ def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOption
     Example: `edge-ident hold --seconds 20 --device /dev/ttyACM0`
     """
     with connected(where) as (board, _), shown_progress() as bars:
-        held = commissioning.hold(board, seconds, bars)
-    results.deliver(report.hold_document(held), "hold.json")
+        held = commissioning.homing.hold(board, seconds, bars)
+    results.deliver(report.run_documents.hold_document(held), "hold.json")
     for axis, one in held.items() if not results.json else []:
         pushed_rad = round(one.pushed_rad, 4) + 0.0  # no negative zero
         print(f"{axis}: pushed by up to {pushed_rad:.4f} rad, effort {one.effort_nm:.2f} N*m")
@@ -162,7 +163,7 @@ def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions)
     try:
         with deaf_to_interrupts(HANGUP):
             address = located(_with_readable_drive(context, where))
-            status = commissioning.stop_machine(address.device, address.baud_rate, say)
+            status = commissioning.safety.stop_machine(address.device, address.baud_rate, say)
     except KeyboardInterrupt as interruption:
         interruption.add_note(_MAY_MOVE)
         raise
@@ -189,7 +190,7 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
     with connected(where) as (board, _):
-        commissioning.clear_fault(board, say)
+        commissioning.safety.clear_fault(board, say)
         _report_state(board.status(), results)
 
 
@@ -217,7 +218,7 @@ def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
     with shown_progress() as bars:
         bars.stage("trying ports")
         rate = baud_rate_of(BoardOptions(baud_rate=baud_rate), edge_ident.load_drive())
-        found = commissioning.ask_ports(rate, bars.samples)
+        found = commissioning.ports.ask_ports(rate, bars.samples)
     document = {"schema": "edge-ident/ports/1", "ports": [asdict(port) for port in found]}
     results.deliver(document, "ports.json")
     if not found:
@@ -241,12 +242,12 @@ def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
     """
     drive = edge_ident.load_drive(where.drive)
     device = device_of(where, drive)
-    checks = commissioning.check_host()
+    checks = commissioning.doctor.check_host()
     if device is not None:
         with shown_progress() as bars:
             bars.stage("timing requests")
             rate = baud_rate_of(where, drive)
-            checks += commissioning.check_link(device, rate, bars.samples)
+            checks += commissioning.doctor.check_link(device, rate, bars.samples)
     document = {"schema": "edge-ident/doctor/1", "checks": [asdict(check) for check in checks]}
     results.deliver(document, "doctor.json")
     for check in checks if not results.json else []:
@@ -290,44 +291,46 @@ def registers(
 
     Example: `edge-ident registers watchdog.timeout --write 0.5 --yes --device /dev/ttyACM0`
     """
-    chosen = commissioning.registers_named(name)
+    chosen = commissioning.register_access.registers_named(name)
     if not chosen:
         raise typer.BadParameter(
             f"there is no register or group {name}; edge-ident registers lists all",
             param_hint="NAME",
         )
     values: dict[str, tuple[float, ...]] = {}
-    version = commissioning.MAP_VERSION
+    version = commissioning.registers.MAP_VERSION
     if write is not None or device_of(where, edge_ident.load_drive(where.drive)):
         with connected(where) as (board, _):
             version = board.identity.map_version
-            chosen = commissioning.registers_of(board, chosen)
+            chosen = commissioning.register_access.registers_of(board, chosen)
             if write is not None:
                 _write(board, name, write, yes)
             values = {entry.name: board.register_values(entry.name) for entry in chosen}
     with noting([] if write is None else [f"{name} is written"]):
-        results.deliver(report.registers_document(chosen, values, version), "registers.json")
+        results.deliver(
+            report.machine.registers_document(chosen, values, version), "registers.json"
+        )
         if not results.json:
-            print("\n".join(report.register_lines(chosen, values, version)), flush=True)
+            print("\n".join(report.machine.register_lines(chosen, values, version)), flush=True)
 
 
 def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> None:
-    target = commissioning.REGISTERS.get(name or "")
+    target = commissioning.registers.REGISTERS.get(name or "")
     if target is None:
         raise typer.BadParameter("give the name of one register to write", param_hint="NAME")
     try:
-        values = commissioning.parse_values(target, texts)
+        values = commissioning.register_access.parse_values(target, texts)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--write") from error
-    commissioning.check_write(target, values)
+    commissioning.register_access.check_write(target, values)
     if not yes:
-        now = report.values_text(board.register_values(target.name))
+        now, then = map(report.machine.values_text, (board.register_values(target.name), values))
         raise typer.BadParameter(
-            f"{target.name} would change from {now} to {report.values_text(values)} {target.unit}; "
-            "nothing was written: add --yes to write it",
+            f"{target.name} would change from {now} to {then} {target.unit}; nothing was written: "
+            "add --yes to write it",
             param_hint="--write",
         )
-    commissioning.write_register(board, target, values)
+    commissioning.register_access.write_register(board, target, values)
 
 
 # The command profile: where the time goes.
@@ -382,8 +385,8 @@ def profile(
         say("measuring a virtual board; to move and measure a machine, name it with --device")
     rate = baud_rate_of(BoardOptions(device, baud_rate, drive), described)
     with shown_progress() as bars:
-        profiled = commissioning.profile_device(device, rate, described, repetitions, bars)
+        profiled = commissioning.latency.profile_device(device, rate, described, repetitions, bars)
     if folder:
-        report.save_waterfall(profiled, folder / "profile.svg")
-    results.deliver(report.profile_document(profiled), "profile.json")
-    results.show(report.profile_view(profiled))
+        report.machine.save_waterfall(profiled, folder / "profile.svg")
+    results.deliver(report.run_documents.profile_document(profiled), "profile.json")
+    results.show(report.machine.profile_view(profiled))

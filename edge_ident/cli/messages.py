@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from threading import Event, Thread
 from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, cast
 
-from edge_ident import report
+from edge_ident.support.documents import to_json
 from edge_ident.support.process import flushed, raw
 from edge_ident.support.words import visible
 
@@ -92,7 +92,7 @@ def detail(message: str) -> None:
 
 def print_document(document: dict[str, Any]) -> None:
     """Print the one JSON document on stdout."""
-    print(report.to_json(document), flush=True)
+    print(to_json(document), flush=True)
 
 
 # Where a command's log goes while it runs.

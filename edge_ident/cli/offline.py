@@ -235,11 +235,7 @@ def export(
     if json:
         figures = None if change is None else {**asdict(change), "written": change.small}
         print_document(
-            {
-                "schema": "edge-ident/export/1",
-                "manifest": str(exported.manifest),
-                "int8": figures,
-            }
+            {"schema": "edge-ident/export/1", "manifest": str(exported.manifest), "int8": figures}
         )
     else:
         print(exported.manifest)

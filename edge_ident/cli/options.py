@@ -15,9 +15,11 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.messages import print_document, say
+from edge_ident.support.documents import write_json
+from edge_ident.support.words import plain_number
 
 if TYPE_CHECKING:
-    from edge_ident.commissioning import Hidden
+    from firmware_interface.plant.hiding import Hidden
 
 
 _ByAxis = TypeVar("_ByAxis", "edge_ident.Model", "edge_ident.Drive")
@@ -217,7 +219,7 @@ class ResultOptions:
     def answer(self, view: Callable[[], Any]) -> None:
         """Print what a view makes, for a person; where JSON is wanted, it is not made."""
         if not self.json:
-            report.show(view())
+            report.render.show(view())
 
 
 def result_file(output: Path, name: str) -> Path:
@@ -259,7 +261,7 @@ def check_no_run(folder: Path | None) -> None:
 def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
     """Write a document into a folder, print it as JSON, both, or neither."""
     if output:
-        report.write_json(document, result_file(output, name))
+        write_json(document, result_file(output, name))
     if as_json:
         print_document(document)
 
@@ -392,9 +394,7 @@ def share(given: str | float) -> float:
     """
     text = str(given).strip()
     try:
-        found = commissioning.plain_number(text.removesuffix("%")) / (
-            100.0 if text.endswith("%") else 1.0
-        )
+        found = plain_number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         found = math.nan
     if not 0.0 <= found < math.inf:
@@ -479,8 +479,7 @@ class HideOptions:
         ),
     ] = None
     reveal: Annotated[
-        bool,
-        typer.Option("--reveal", help="Print at the end what these options have hidden."),
+        bool, typer.Option("--reveal", help="Print at the end what these options have hidden.")
     ] = False
 
     def hidden(self, *, of_machine: bool = False) -> "Hidden | None":
@@ -499,9 +498,11 @@ class HideOptions:
                     )
             return None
         if not self.hide:
-            return commissioning.Hidden.drawn(self.hide_seed or 0, self.axis, of_machine=of_machine)
+            return commissioning.hiding.Hidden.drawn(
+                self.hide_seed or 0, self.axis, of_machine=of_machine
+            )
         try:
-            return commissioning.Hidden.of(
+            return commissioning.hiding.Hidden.of(
                 self.hide, self.axis or "x", self.hide_seed or 0, of_machine=of_machine
             )
         except ValueError as error:
@@ -515,15 +516,15 @@ class HideOptions:
                 param_hint="--used",
             )
         if self.friction is None:
-            return commissioning.Hidden.used(seed, 1.0 if self.wear is None else self.wear)
+            return commissioning.hiding.Hidden.used(seed, 1.0 if self.wear is None else self.wear)
         if self.wear is not None:
             raise typer.BadParameter("with --friction the machine is clean", param_hint="--wear")
-        return commissioning.Hidden.rubbing(seed, self.friction)
+        return commissioning.hiding.Hidden.rubbing(seed, self.friction)
 
     def add_to(self, document: dict[str, Any], hidden: "Hidden | None") -> None:
         """Put the truth into a document, if it is asked for."""
         if self.reveal and hidden:
-            document["hidden"] = report.fault_documents(hidden.faults)
+            document["hidden"] = report.machine.fault_documents(hidden.faults)
 
     def tell_alone(
         self,
@@ -542,5 +543,5 @@ class HideOptions:
     def tell(self, hidden: "Hidden | None") -> None:
         """Print the truth, if it is asked for."""
         if self.reveal and hidden:
-            for line in report.fault_lines(hidden.faults):
+            for line in report.machine.fault_lines(hidden.faults):
                 print(line, flush=True)

@@ -13,6 +13,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command, noting
 from edge_ident.cli.messages import print_document, say, shown_progress
 from edge_ident.cli.sessions import session
+from edge_ident.support.next_step import Done
 
 if TYPE_CHECKING:
     from edge_ident import Drive
@@ -81,7 +82,7 @@ class MotionOptions:
 
     def check_time(self, drive: "Drive") -> None:
         """Refuse a first motion that takes longer than all may take."""
-        first = commissioning.named_trajectory(drive, self.motion, self.periods)
+        first = commissioning.motions.named_trajectory(drive, self.motion, self.periods)
         takes_s = first.lead_in_s + first.duration_s
         if takes_s > self.most_s:
             raise typer.BadParameter(
@@ -192,19 +193,21 @@ def run(
             motions.check_time(opened.drive)
             board, folder, loaded = opened.board, opened.folder, network.load()
             with shown_progress() as bars:
-                outcome = commissioning.commission(board, opened.drive, loaded, plan, folder, bars)
+                outcome = commissioning.run.commission(
+                    board, opened.drive, loaded, plan, folder, bars
+                )
                 done.append(outcome.conclusion)  # a full disk or Ctrl-C no longer changes it
         outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
-        document = report.run_document(outcome, board.identity, loaded, folder)
+        document = report.run_documents.run_document(outcome, board.identity, loaded, folder)
         try:
             found, captures = outcome.identification, outcome.captures(folder)
             options.save_result_model(found.model, captures, folder, known)
-            page = report.write_run_page(outcome, document, folder, opened.device, machine)
+            page = report.run_page.write_run_page(outcome, document, folder, opened.device, machine)
             faults.add_to(document, hidden)
             options.deliver(document, "report.json", folder, results.json)
         finally:  # also where the disk is full
             if not results.json:  # then rich is not loaded, 2 MiB
-                report.show(report.outcome_view(outcome, opened.device, details=details))
+                report.render.show(report.run.outcome_view(outcome, opened.device, details=details))
     if not results.json:
         faults.tell(hidden)
         say(f"written: {page}")
@@ -213,12 +216,14 @@ def run(
 
 
 def _with_next_steps(
-    outcome: "commissioning.Outcome", folder: Path, device: str, motion: str
-) -> "commissioning.Outcome":
+    outcome: "commissioning.run.Outcome", folder: Path, device: str, motion: str
+) -> "commissioning.run.Outcome":
     """The outcome with next steps after a run on this board, whose page is in the folder."""
     captures = tuple(map(str, outcome.captures(folder)))
-    done = report.Done(captures, (), str(folder / "report.html"), device, motion)
-    return replace(outcome, identification=report.with_next_steps(outcome.identification, done))
+    done = Done(captures, (), str(folder / "report.html"), device, motion)
+    return replace(
+        outcome, identification=report.findings.with_next_steps(outcome.identification, done)
+    )
 
 
 def _plan(
@@ -227,9 +232,9 @@ def _plan(
     seed: int,
     known: "edge_ident.Model | None",
     diagnosis: DiagnosisOptions,
-) -> "commissioning.Plan":
+) -> "commissioning.run.Plan":
     """What the options ask for."""
-    return commissioning.Plan(
+    return commissioning.run.Plan(
         motion=motions.motion,
         cycles=motions.periods,
         bandwidth_rad_s=gains.bandwidth,
@@ -283,12 +288,12 @@ def capture(
     followed: Any = motion if motion in options.MOTIONS else edge_ident.load_motion(motion)
     hidden = faults.hidden()
     with session(context, where, results.output, _CAPTURE_WRITES, hidden) as opened:
-        path = opened.folder / commissioning.CAPTURE_FILE
+        path = opened.folder / commissioning.identification_motions.CAPTURE_FILE
         with shown_progress() as bars:
-            found = commissioning.record_motion(
+            found = commissioning.capture.record_motion(
                 opened.board, opened.drive, followed, cycles, path, bars
             )
-    document = report.capture_document(found, path)
+    document = report.run_documents.capture_document(found, path)
     faults.add_to(document, hidden)
     options.deliver(document, "capture.json", opened.folder, results.json)
     if not results.json:
@@ -315,8 +320,8 @@ def draw_report(
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
     """
-    figure = report.drawn(report.run_charts(folder))
-    picture = report.save_figure(figure, results.file("report.png") or folder / "report.png")
+    figure = report.render.drawn(report.run.run_charts(folder))
+    picture = report.render.save_figure(figure, results.file("report.png") or folder / "report.png")
     if results.json:
         print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
     else:

@@ -19,7 +19,7 @@ from edge_ident.cli.settings import board_setting
 
 if TYPE_CHECKING:
     from edge_ident import Board, Drive
-    from edge_ident.commissioning import Hidden
+    from firmware_interface.plant.hiding import Hidden
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def device_of(options: BoardOptions, drive: "Drive") -> str | None:
 def baud_rate_of(options: BoardOptions, drive: "Drive") -> int:
     """Baud rate of a serial device, from the same places or the default."""
     given = options.baud_rate or drive.baud_rate or board_setting("baud_rate")
-    return given or commissioning.DEFAULT_BAUD_RATE
+    return given or commissioning.connection.DEFAULT_BAUD_RATE
 
 
 def drive_or_built_in(path: Path | str | None) -> "tuple[Drive, edge_ident.EdgeIdentError | None]":

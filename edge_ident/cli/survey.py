@@ -108,8 +108,11 @@ def survey(
             on_progress=bars.show,
             on_recording=_tell,
         )
-    document, written = report.survey_document(found), report.write_survey_tables(found, kept)
-    say(f"written: {report.write_survey_page(found, document, kept, machine, folder)}")
+    document, written = (
+        report.survey.survey_document(found),
+        report.survey.write_survey_tables(found, kept),
+    )
+    say(f"written: {report.survey_page.write_survey_page(found, document, kept, machine, folder)}")
     options.deliver(document, "survey.json", kept, json)
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
@@ -124,9 +127,9 @@ def survey(
 def _show(found: "edge_ident.Survey") -> None:
     """Print all of it on a terminal, and no more than a screen elsewhere."""
     if sys.stdout.isatty():
-        report.show(found)
+        report.render.show(found)
     else:
-        print(*report.survey_lines(found, _LINES), sep="\n", flush=True)
+        print(*report.survey.survey_lines(found, _LINES), sep="\n", flush=True)
 
 
 def _tell(recording: "edge_ident.SurveyedRecording") -> None:

@@ -20,6 +20,7 @@ from edge_ident.estimation.trust import AGREEMENT
 from edge_ident.identification.result import AxisIdentification, Identification
 from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.recording import Recording
+from firmware_interface import registers
 from firmware_interface.board import Board
 from firmware_interface.board_identification import (
     BoardAxis,
@@ -28,11 +29,6 @@ from firmware_interface.board_identification import (
     network_code,
 )
 from firmware_interface.board_types import BoardIdentity
-from firmware_interface.registers import (
-    IDENTIFICATIONREASON_TEXTS,
-    IdentificationReason,
-    IdentificationState,
-)
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +92,7 @@ class BoardAnswer:
         Empty where the board was not ready.
     """
 
-    state: IdentificationState
+    state: registers.IdentificationState
     network: int
     axes: Mapping[str, AxisAnswer]
 
@@ -135,7 +131,7 @@ def board_answer(
         return None
     if said is None:
         return None
-    if said.state not in (IdentificationState.DONE, IdentificationState.FAILED):
+    if said.state not in (registers.IdentificationState.DONE, registers.IdentificationState.FAILED):
         return BoardAnswer(said.state, said.network, {})
     estimates = _recomputed(said, recording, board.identity, network)
     axes = {
@@ -186,7 +182,7 @@ def _compared(
     # both err, and independently: deviations add in squares
     scale = np.hypot(own.estimate.std, 0.0 if std is None else std)
     verdict, sentence = Verdict.AGREES, ""
-    if said.reason is not IdentificationReason.NONE:
+    if said.reason is not registers.IdentificationReason.NONE:
         verdict, sentence = Verdict.NOT_IDENTIFIED, _why_not(said.reason)
     elif not known:
         verdict = Verdict.UNKNOWN_NETWORK
@@ -200,8 +196,8 @@ def _compared(
     return replace(answer, sentence=sentence or _sentence(answer, own))
 
 
-def _why_not(reason: IdentificationReason) -> str:
-    meaning, next_step = IDENTIFICATIONREASON_TEXTS[reason]
+def _why_not(reason: registers.IdentificationReason) -> str:
+    meaning, next_step = registers.IDENTIFICATIONREASON_TEXTS[reason]
     return f"the board's own network has no answer: {meaning}; next: {next_step}"
 
 

@@ -15,10 +15,8 @@ from edge_ident.commissioning.safety import ready_to_move, stop_at_once
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError, LinkError
-from edge_ident.signals.data_checks import MINIMUM_SAMPLES, check_recording
-from edge_ident.signals.metrics import rms
+from edge_ident.signals import data_checks, metrics, recording_files
 from edge_ident.signals.recording import Array, AxisRecord, Recording
-from edge_ident.signals.recording_files import save_recording
 from edge_ident.support.process import deaf_to_interrupts, uncut
 from firmware_interface.board import AxisLimits, Board, CapturePage
 from firmware_interface.board_checks import CLOCK_RANGE, fault_error
@@ -179,7 +177,7 @@ def capture_motion(
                 f"the board captured {samples} samples of {expected}", "repeat the motion"
             )
         if file is not None:
-            save_recording(capture.recording, file)
+            recording_files.save_recording(capture.recording, file)
     log.info("%d pages received %.3f s after the last sample", len(pages), capture.tail_s)
     return capture
 
@@ -311,7 +309,7 @@ def _kept_if_cut_short(
                 path = partial_file(file)
                 recording = _assemble(board, pages, 0, 0.0, None).recording
                 with suppress(OSError):  # the first error is the one to tell
-                    save_recording(recording, path)
+                    recording_files.save_recording(recording, path)
                     say(f"saved the {len(recording.time_s)} samples captured so far: {path}")
         raise
 
@@ -346,7 +344,7 @@ def _assemble(
         clock_samples=begin,
         pages=len(pages),
         tail_s=tail_s,
-        tracking_rms_rad={name: rms(following[:, i]) for i, name in enumerate(board.axes)},
+        tracking_rms_rad={name: metrics.rms(following[:, i]) for i, name in enumerate(board.axes)},
     )
 
 
@@ -528,7 +526,7 @@ def record_motion(
         observer.stage(stage)
         found = capture_motion(board, trajectory, observer.samples, file, observer.say)
         board.finish()
-    check_recording(_moved(found.recording))
+    data_checks.check_recording(_moved(found.recording))
     return found
 
 
@@ -556,9 +554,10 @@ def check_motion(trajectory: Trajectory, board: Board) -> None:
             f"{', '.join(board.axes)}",
             "design the motion with the description of this drive: edge-ident plan --drive FILE",
         )
-    least_s = MINIMUM_SAMPLES * board.identity.sample_period_s
+    least_s = data_checks.MINIMUM_SAMPLES * board.identity.sample_period_s
     if trajectory.duration_s < least_s:
         raise DataError(
-            f"duration_s of {trajectory.duration_s:g} is too short for {MINIMUM_SAMPLES} samples",
+            f"duration_s of {trajectory.duration_s:g} is too short for "
+            f"{data_checks.MINIMUM_SAMPLES} samples",
             f"give a motion of at least {least_s:g} s",
         )

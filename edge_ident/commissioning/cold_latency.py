@@ -9,9 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.commissioning.gain_transfer import compare_gains, staged_kept
-from edge_ident.commissioning.run import board_designs
-from edge_ident.commissioning.safety import left_safe
+from edge_ident.commissioning import gain_transfer, run, safety
 from edge_ident.errors import BoardError, EdgeIdentError
 from edge_ident.estimation.manifest import Variant, variant_named
 from edge_ident.estimation.network import Network, load_network
@@ -85,7 +83,7 @@ def _measure(url: str, baud_rate: str, file: str, precision: str, started_s: str
     watch = Stopwatch()
     with closing(Board.connect(open_link(url, baud_rate=int(baud_rate)))) as board:
         connect_ms = watch.timing_ms()["total"]
-        with staged_kept(board), left_safe(board):
+        with gain_transfer.staged_kept(board), safety.left_safe(board):
             times = after_motion_ms(board, recording, network)
     times["start"], times["connect"] = start_ms, connect_ms
     times["total"] += start_ms + connect_ms
@@ -140,13 +138,13 @@ def after_motion_ms(board: Board, recording: Recording, network: Network) -> dic
         board.read_last_page()
     found = identify(recording, network, diagnose=False, stopwatch=watch)
     with watch.stage("gains"):
-        board_designs(board, found)
+        run.board_designs(board, found)
     with watch.stage("stage"):
         board.stage_gains(active)
     with watch.stage("commit"):
         board.commit()
     with watch.stage("verify"):
-        compare_gains(active, board.active_gains())
+        gain_transfer.compare_gains(active, board.active_gains())
     times = watch.timing_ms()
     board.roll_back()
     return {stage: times[stage] for stage in STAGES if stage in times}

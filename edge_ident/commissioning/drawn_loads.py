@@ -511,11 +511,7 @@ _TINY: Final = 1e-30
 
 
 def encoder_replicas(
-    parameters: Array,
-    signals: Signals,
-    position: Array,
-    rng: np.random.Generator,
-    every: int = 1,
+    parameters: Array, signals: Signals, position: Array, rng: np.random.Generator, every: int = 1
 ) -> Array:
     """What noise of the encoder alone would leave unexplained by a base model, (DRAWS, M).
 

@@ -13,18 +13,10 @@ from nothing. Either way a motion decides, and the board rolls back by itself.
 
 import logging
 
+from edge_ident.commissioning import gain_transfer, safety
 from edge_ident.commissioning.capture import Observer, capture_motion, check_drive
 from edge_ident.commissioning.further_motions import NamedMotion
-from edge_ident.commissioning.gain_transfer import (
-    GainFile,
-    check_factor,
-    check_feedback,
-    check_gains,
-    compare_gains,
-    write_gains,
-)
 from edge_ident.commissioning.gain_trial import MotionBefore, Trial
-from edge_ident.commissioning.safety import ready_to_move
 from edge_ident.commissioning.verification import GainChange, verification_motion
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import MotionName, named_trajectory
@@ -40,10 +32,7 @@ log = logging.getLogger(__name__)
 
 
 def put_in_force(
-    board: Board,
-    wanted: Bank,
-    before: MotionBefore,
-    observer: Observer,
+    board: Board, wanted: Bank, before: MotionBefore, observer: Observer
 ) -> GainChange:
     """Forecast, stage, commit, move with the new gains, and confirm them if they keep the promise.
 
@@ -110,7 +99,7 @@ def settled_gains(board: Board) -> Bank:
     return board.active_gains()
 
 
-def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
+def wanted_gains(active: Bank, file: gain_transfer.GainFile) -> dict[str, AxisGains]:
     """Gains of all axes: a file's, and those in force where it says nothing.
 
     Raises
@@ -128,12 +117,7 @@ def wanted_gains(active: Bank, file: GainFile) -> dict[str, AxisGains]:
     return {**active, **file.gains}
 
 
-def check_change(
-    board: Board,
-    active: Bank,
-    wanted: Bank,
-    large_steps: bool,
-) -> tuple[str, ...]:
+def check_change(board: Board, active: Bank, wanted: Bank, large_steps: bool) -> tuple[str, ...]:
     """What is checked before gains are staged, and again before they are committed.
 
     Returns
@@ -145,10 +129,10 @@ def check_change(
     ------
     GainError
     """
-    check_gains(wanted, active, board.limits())
+    gain_transfer.check_gains(wanted, active, board.limits())
     if not large_steps:
-        check_factor(wanted, active)
-    return check_feedback(board, wanted)
+        gain_transfer.check_factor(wanted, active)
+    return gain_transfer.check_feedback(board, wanted)
 
 
 def commit_staged(
@@ -167,7 +151,7 @@ def commit_staged(
     """
     check_drive(board, drive)
     name: MotionName = "sinusoid"
-    with ready_to_move(board, observer.say):
+    with safety.ready_to_move(board, observer.say):
         observer.stage("motion, old gains")
         trajectory = named_trajectory(drive, name, 1)
         capture = capture_motion(board, trajectory, observer.samples, say=observer.say)
@@ -184,9 +168,9 @@ def restore_gains(board: Board, drive: Drive, wanted: Bank, observer: Observer) 
     """
     check_drive(board, drive)
     motion = NamedMotion("sinusoid", named_trajectory(drive, "sinusoid", 1))
-    with ready_to_move(board, observer.say):
+    with safety.ready_to_move(board, observer.say):
         # before any motion: the gains in force may be why somebody restores others
-        write_gains(board, wanted)
+        gain_transfer.write_gains(board, wanted)
         observer.stage("verification motion")
         after = verification_motion(board, motion, observer)
         _confirm_or_roll_back(board, wanted, keep=True)
@@ -229,7 +213,7 @@ def roll_back_unconfirmed(board: Board) -> None:
         )
 
 
-def check_owner(board: Board, file: GainFile) -> None:
+def check_owner(board: Board, file: gain_transfer.GainFile) -> None:
     """Make sure that a backup goes back to the board that it came from.
 
     Raises
@@ -253,5 +237,5 @@ def _confirm_or_roll_back(board: Board, left: Bank, *, keep: bool) -> None:
         board.confirm()
     else:
         board.roll_back()
-    compare_gains(left, board.active_gains())
+    gain_transfer.compare_gains(left, board.active_gains())
     log.info("gains %s", "confirmed" if keep else "rolled back")

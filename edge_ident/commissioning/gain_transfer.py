@@ -356,8 +356,7 @@ def load_gains(path: Path) -> GainFile:
     """
     if not path.is_file():
         raise DataError(
-            no_file(path),
-            "give a backup, or gains.json from `edge-ident gains FILE --output DIR`",
+            no_file(path), "give a backup, or gains.json from `edge-ident gains FILE --output DIR`"
         )
     try:
         document = read_json(path)

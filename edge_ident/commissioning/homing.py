@@ -74,10 +74,7 @@ class Homing:
 
 
 def move_to(
-    board: Board,
-    targets: Mapping[str, float],
-    observer: Observer,
-    speed_rad_s: float | None = None,
+    board: Board, targets: Mapping[str, float], observer: Observer, speed_rad_s: float | None = None
 ) -> Homing:
     """Move axes to positions; the others stay where they stand.
 

@@ -159,11 +159,7 @@ MOST_MOTIONS: Final = 5
 
 
 def profile_device(
-    device: str | None,
-    baud_rate: int | None,
-    drive: Drive,
-    repetitions: int,
-    observer: Observer,
+    device: str | None, baud_rate: int | None, drive: Drive, repetitions: int, observer: Observer
 ) -> Profile:
     """Profile a board, whose axes move, or a virtual one in a process of its own.
 
@@ -229,11 +225,7 @@ def _record(board: Board, drive: Drive, file: Path, observer: Observer) -> tuple
 
 
 def _warm(
-    board: Board,
-    recording: Recording,
-    network: Network,
-    repetitions: int,
-    observer: Observer,
+    board: Board, recording: Recording, network: Network, repetitions: int, observer: Observer
 ) -> ProfileRun:
     observer.stage(f"warm, {network.variant}")
     with staged_kept(board), left_safe(board):

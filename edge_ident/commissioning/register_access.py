@@ -4,18 +4,16 @@ from collections.abc import Sequence
 
 from edge_ident.errors import BoardError
 from edge_ident.support.words import plain_number
-from firmware_interface import registers
+from firmware_interface import codec, received, registers
 from firmware_interface.board import Board
-from firmware_interface.codec import encode
 from firmware_interface.errors import ValueRefusedError
-from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 from firmware_interface.registers import REGISTERS, State
 
 
 def code_name(register: Register, value: float) -> str | None:
     """Name of a code, where the register holds one that is known."""
-    if not register.enum or not valid_value(register, value):
+    if not register.enum or not received.valid_value(register, value):
         return None
     return str(getattr(registers, register.enum)(int(value)).name)
 
@@ -52,10 +50,10 @@ def check_write(register: Register, values: Sequence[float]) -> None:
             "use the commands run, capture, home, stop or gains",
         )
     for value in values:
-        if not valid_value(register, value):
+        if not received.valid_value(register, value):
             raise ValueRefusedError(f"{register.name} = {value:g} is refused", _allowed(register))
     try:
-        encode(register.name, *values)
+        codec.encode(register.name, *values)
     except ValueError as error:
         raise ValueRefusedError(str(error), "give a value that fits the register") from error
 

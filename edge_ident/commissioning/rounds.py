@@ -12,18 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from edge_ident.commissioning import gain_change, gain_transfer, identification_motions
 from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.further_motions import livelier_motion
-from edge_ident.commissioning.gain_change import check_change, concluded
-from edge_ident.commissioning.gain_transfer import keep_backup
 from edge_ident.commissioning.gain_trial import MotionBefore, Recorded, Trial
-from edge_ident.commissioning.identification_motions import (
-    IdentificationMotion,
-    Study,
-    capture_file,
-    captured,
-    duration_s,
-)
 from edge_ident.commissioning.verification import GainChange, compare_motions
 from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.position_loop import LoopHardware
@@ -97,9 +89,9 @@ class Rounds:
 
     def __init__(
         self,
-        study: Study,
+        study: identification_motions.Study,
         bandwidth_rad_s: float | None,
-        first: IdentificationMotion,
+        first: identification_motions.IdentificationMotion,
         before: MotionBefore,
         gains_before: Bank,
     ) -> None:
@@ -115,7 +107,7 @@ class Rounds:
         self._timing = {name: axis.timing for name, axis in first.found.axes.items()}
         self.local = first.found.model
         self.done: list[Round] = []
-        self.livelier: IdentificationMotion | None = None
+        self.livelier: identification_motions.IdentificationMotion | None = None
         self.original = {before.first.name: Recorded(before.first, before.capture, first.file)}
         self._in_force = dict(self.original)
 
@@ -173,8 +165,8 @@ class Rounds:
         same = trial.wanted == trial.active
         if same or not trial.worth_a_write():
             return self._moved_livelier(designs) or self._nothing(trial, designs)
-        keep_backup(self._gains_before, self._board.identity, self._study.folder)
-        change = concluded(self._board, trial, worth_a_write=True)
+        gain_transfer.keep_backup(self._gains_before, self._board.identity, self._study.folder)
+        change = gain_change.concluded(self._board, trial, worth_a_write=True)
         after = trial.after
         self.done.append(Round(designs, change, after[self._before.first.name].file))
         self._recordings += [made.capture.recording for made in after.values()]
@@ -266,7 +258,7 @@ class Rounds:
 
     def _trial(self, grounds: Grounds, designs: Mapping[str, GainDesign]) -> Trial:
         wanted = {axis: found.gains for axis, found in designs.items()}
-        check_change(self._board, self._board.active_gains(), wanted, large_steps=True)
+        gain_change.check_change(self._board, self._board.active_gains(), wanted, large_steps=True)
         first, *others = self._in_force.values()
         before = replace(
             self._before,
@@ -288,16 +280,19 @@ class Rounds:
         if not doubts or self.livelier is not None or study.most_motions < 2:
             return False
         trajectory = livelier_motion(study, first)
-        if trajectory is None or first.duration_s + duration_s(trajectory) > study.most_s:
+        if (
+            trajectory is None
+            or first.duration_s + identification_motions.duration_s(trajectory) > study.most_s
+        ):
             return False
         self._board.settle()
         said = "; ".join(f"axis {axis}: {why}" for axis, (why,) in doubts.items())
         study.tell(f"{said}; a livelier motion follows")
-        capture = captured(study, trajectory, 2, first.capture)
+        capture = identification_motions.captured(study, trajectory, 2, first.capture)
         self._board.finish()
         self._listen(capture.recording)
-        self.livelier = IdentificationMotion(
-            capture_file(2), trajectory, capture, self.found, sought=doubts
+        self.livelier = identification_motions.IdentificationMotion(
+            identification_motions.capture_file(2), trajectory, capture, self.found, sought=doubts
         )
         return True
 

@@ -282,9 +282,7 @@ def judged(
 
 
 def _reidentified(
-    study: Study,
-    motions: Sequence[IdentificationMotion],
-    after: Mapping[str, AxisDiagnosis],
+    study: Study, motions: Sequence[IdentificationMotion], after: Mapping[str, AxisDiagnosis]
 ) -> Identification:
     """Every axis on the first motion, or on the one that shows its parameters.
 

@@ -216,10 +216,7 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
 
 
 def verification_motion(
-    board: Board,
-    motion: NamedMotion,
-    observer: Observer,
-    file: Path | None = None,
+    board: Board, motion: NamedMotion, observer: Observer, file: Path | None = None
 ) -> Capture:
     """Move with unconfirmed gains, inside the window to confirm them.
 

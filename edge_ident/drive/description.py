@@ -15,14 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from edge_ident.errors import DataError
-from edge_ident.support.documents import (
-    MOST_DESCRIPTION_BYTES,
-    TooLargeError,
-    atomic_write,
-    from_toml,
-    no_file,
-    read_bytes,
-)
+from edge_ident.support import documents
 from edge_ident.support.given import path as path_of
 from edge_ident.support.given import type_of
 from edge_ident.support.words import brief
@@ -198,10 +191,10 @@ def load_drive(path: str | PathLike[str] | None = None) -> Drive:
         return _Reader(BUILT_IN.name, BUILT_IN.read_text("utf-8")).drive()
     path = path_of(path, "a drive description (.toml)")
     if not path.is_file():
-        raise DataError(no_file(path), "give the path of a drive description (.toml)")
+        raise DataError(documents.no_file(path), "give the path of a drive description (.toml)")
     try:
-        content = read_bytes(path, MOST_DESCRIPTION_BYTES)
-    except TooLargeError as error:
+        content = documents.read_bytes(path, documents.MOST_DESCRIPTION_BYTES)
+    except documents.TooLargeError as error:
         raise DataError(f"{path}: {error}", "give a drive description (.toml)") from error
     return _Reader(str(path), content.decode("utf-8", errors="replace")).drive()
 
@@ -231,7 +224,7 @@ class _Reader:
         self.source = source
         self.lines = text.splitlines()
         try:
-            self.data = from_toml(text)
+            self.data = documents.from_toml(text)
         except ValueError as error:
             raise DataError(f"{source}: {error}", "correct the TOML there") from error
 
@@ -375,7 +368,7 @@ def write_drive(
     OSError
         The file cannot be written.
     """
-    with atomic_write(path) as partial:
+    with documents.atomic_write(path) as partial:
         partial.write_text(drive_text(drive, origins, notes), encoding="utf-8")
         load_drive(partial)
 

@@ -11,13 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.estimation.least_squares import (
-    Columns,
-    EstimationPart,
-    coloured_std,
-    motion_noise,
-    pair_products,
-)
+from edge_ident.estimation import least_squares
 from edge_ident.estimation.trust import CERTAIN_SIGN, RESIDUAL_LIMIT, Finding, negative
 from edge_ident.model.model import PARAMETERS, POSITIVE, Array, Estimate
 from edge_ident.signals.conditioning import Signals, unit_length
@@ -61,7 +55,7 @@ _RANK: Final = 1e-9  # singular value over the largest that counts as zero
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
+def check_effort(signals: Signals, part: least_squares.EstimationPart) -> list[Finding]:
     """Findings against the effort of an axis; the most telling alone, because it explains others.
 
     Parameters
@@ -81,12 +75,12 @@ def check_effort(signals: Signals, part: EstimationPart) -> list[Finding]:
 
 def unbounded(regressor: Array, effort: Array) -> Estimate:
     """Least squares without bounds on (N, P) columns, with deviations for coloured residuals."""
-    return _unbounded(Columns(regressor), effort)
+    return _unbounded(least_squares.Columns(regressor), effort)
 
 
-def _unbounded(columns: Columns, effort: Array) -> Estimate:
+def _unbounded(columns: least_squares.Columns, effort: Array) -> Estimate:
     normalized = columns.solved(effort, _RANK)
-    std = coloured_std(columns.unit, effort - columns.unit @ normalized, columns.svd)
+    std = least_squares.coloured_std(columns.unit, effort - columns.unit @ normalized, columns.svd)
     return Estimate(normalized / columns.length, std / columns.length)
 
 
@@ -106,7 +100,7 @@ def unphysical(estimate: Estimate) -> list[Finding]:
     ]
 
 
-def _wrong_sign(columns: Columns, effort: Array) -> list[Finding]:
+def _wrong_sign(columns: least_squares.Columns, effort: Array) -> list[Finding]:
     """Inertia negative, and friction that drives the motion."""
     inertia, viscous, coulomb = (columns.solved(effort, _RANK) / columns.length)[:3]
     velocity, direction = columns.values[:, 1], columns.values[:, 2]
@@ -248,9 +242,9 @@ def _shifted(
     regressor = signals.regressor
     fitted = np.linalg.lstsq(regressor[inside], signals.effort[inside + shift], rcond=None)[0]
     both = np.stack([regressor[away - shift] @ fitted, signals.effort[away]], axis=1)
-    columns = Columns(regressor[away])
+    columns = least_squares.Columns(regressor[away])
     change, effort = (x - columns.unit @ columns.solved(x, _RANK) for x in both.T)
-    noise = np.linalg.norm(fitted[:2] * motion_noise(signals))
+    noise = np.linalg.norm(fitted[:2] * least_squares.motion_noise(signals))
     if np.sqrt(np.mean(change**2)) <= _BEYOND_NOISE * noise:
         return False
     share = unbounded(change[:, None], effort)
@@ -273,7 +267,7 @@ def _one_line(signals: Signals) -> bool:
     return line.share >= ONE_LINE
 
 
-def _unrelated(columns: Columns, effort: Array) -> list[Finding]:
+def _unrelated(columns: least_squares.Columns, effort: Array) -> list[Finding]:
     """An effort of which the motion explains nothing."""
     variation = float(np.var(effort))
     left = effort - columns.unit @ columns.solved(effort, _RANK)
@@ -421,7 +415,9 @@ def regime_moves(regressor: Array, effort: Array, regimes: Sequence[Array]) -> R
     whole, parts = np.zeros(count**2 + count), np.zeros((len(regimes), QUARTERS, count**2 + count))
     for begin in range(0, len(unit), LONG):  # in blocks: there are many products
         block = slice(begin, begin + LONG)
-        rows = np.column_stack([pair_products(unit[block]), unit[block] * effort[block, None]])
+        rows = np.column_stack(
+            [least_squares.pair_products(unit[block]), unit[block] * effort[block, None]]
+        )
         whole += rows.sum(axis=0)
         parts += [_sums(rows, quarter[block]) for quarter in quarters]
     inverse, parameters = _solved(whole[None], count)

@@ -15,13 +15,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.model.model import Estimate
-from edge_ident.signals.conditioning import (
-    Signals,
-    decimated,
-    decimation,
-    shortest_move_s,
-    unit_length,
-)
+from edge_ident.signals import conditioning
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import dct2, transformable
 
@@ -58,7 +52,7 @@ class Columns:
 
     def __init__(self, values: Array) -> None:
         self.values = values
-        self.unit, self.length = unit_length(values)
+        self.unit, self.length = conditioning.unit_length(values)
 
     @cached_property
     def svd(self) -> tuple[Array, Array, Array]:
@@ -114,7 +108,7 @@ class EstimationPart:
         return Columns(self.regressor[self.samples])
 
 
-def fit(signals: Signals, part: EstimationPart) -> Estimate:
+def fit(signals: conditioning.Signals, part: EstimationPart) -> Estimate:
     """Estimate the base model's parameters.
 
     The estimate is corrected for the bias by encoder noise and by reversals that the filter moves.
@@ -137,7 +131,7 @@ def fit(signals: Signals, part: EstimationPart) -> Estimate:
     return Estimate(normalized / columns.length, std / columns.length)
 
 
-def estimation_part(signals: Signals) -> EstimationPart:
+def estimation_part(signals: conditioning.Signals) -> EstimationPart:
     """Samples to estimate from: moving, and decimated to what the filter passes.
 
     Raises
@@ -145,14 +139,14 @@ def estimation_part(signals: Signals) -> EstimationPart:
     DataError
         Hardly any sample is left.
     """
-    part = decimated(len(signals.effort), signals.cutoff_hz, signals.period_s)
+    part = conditioning.decimated(len(signals.effort), signals.cutoff_hz, signals.period_s)
     moving: NDArray[np.intp] = part[signals.moving[part]]
     if len(moving) < _FEWEST_SAMPLES:
         raise DataError(
             f"only {len(moving)} independent samples show the axis in motion",
             "record a longer motion, or one with less time at rest, or with longer moves, or "
             f"sample faster: {1.0 / signals.recorded_period_s:.4g} Hz shows moves between rests "
-            f"of {shortest_move_s(signals.cutoff_hz):.2g} s, or more",
+            f"of {conditioning.shortest_move_s(signals.cutoff_hz):.2g} s, or more",
         )
     return EstimationPart(moving, signals.regressor)
 
@@ -180,7 +174,7 @@ def solve(columns: Columns, effort: Array, *, acceleration_noise: float = 0.0) -
     return Estimate(normalized / columns.length, np.hypot(std, half) / columns.length)
 
 
-def motion_noise(signals: Signals) -> tuple[float, float]:
+def motion_noise(signals: conditioning.Signals) -> tuple[float, float]:
     """Standard deviation of encoder noise in acceleration and velocity, spectra as f⁴ and f²."""
     acceleration = signals.acceleration_noise * float(np.std(signals.regressor[:, 0]))
     return acceleration, acceleration * np.sqrt(5.0 / 3.0) / (2.0 * np.pi * signals.cutoff_hz)
@@ -202,7 +196,7 @@ def _encoder_noise_bias(
 
 
 def _reversal_bias(
-    signals: Signals, noise: tuple[float, float], part: EstimationPart, plain: Array
+    signals: conditioning.Signals, noise: tuple[float, float], part: EstimationPart, plain: Array
 ) -> tuple[Array, Array]:
     """Correction of the plain estimate for reversals seen too early or late, and its deviation.
 
@@ -219,7 +213,7 @@ def _reversal_bias(
     significant = 1.0 - np.minimum(1.0, (noise[1] / np.maximum(np.abs(lost), _TINY)) ** 2)
     early_s = lost / np.maximum(np.abs(acceleration[turns]), _TINY)
     early_s = np.clip(early_s, -1.0 / signals.cutoff_hz, 1.0 / signals.cutoff_hz)
-    step = decimation(len(velocity), signals.cutoff_hz, signals.period_s)
+    step = conditioning.decimation(len(velocity), signals.cutoff_hz, signals.period_s)
     early = early_s / (step * signals.period_s)
     moved = (signals.regressor[turns] / length).T * (2.0 * plain[2] / length[2] * early)
     pulses = part.columns.inverse @ moved

@@ -12,13 +12,7 @@ from edge_ident.errors import ModelError
 from edge_ident.estimation.image import Normalization
 from edge_ident.model.model import PARAMETERS, Array
 from edge_ident.signals.metrics import POINTS
-from edge_ident.support.documents import (
-    MOST_DOCUMENT_BYTES,
-    MOST_NETWORK_BYTES,
-    TooLargeError,
-    from_json,
-    read_bytes,
-)
+from edge_ident.support import documents
 from edge_ident.support.words import brief
 
 Variant = Literal["fp32", "int8"]
@@ -126,7 +120,7 @@ def load_manifest(path: Path) -> Manifest:
         If it is missing, malformed or of another schema.
     """
     try:
-        fields = from_json(read_content(path, MOST_DOCUMENT_BYTES))
+        fields = documents.from_json(read_content(path, documents.MOST_DOCUMENT_BYTES))
         if fields["schema"] != SCHEMA:
             raise ValueError(f"schema is {brief(fields['schema'])}, not {SCHEMA}")
         return _manifest(fields)
@@ -201,7 +195,7 @@ def variant_named(name: str) -> Variant:
     raise ModelError(f"there is no variant {name}", f"choose {' or '.join(VARIANTS)}")
 
 
-def read_content(path: Path, most: int = MOST_NETWORK_BYTES) -> bytes:
+def read_content(path: Path, most: int = documents.MOST_NETWORK_BYTES) -> bytes:
     """The bytes of a network's file or of its manifest.
 
     Raises
@@ -210,8 +204,8 @@ def read_content(path: Path, most: int = MOST_NETWORK_BYTES) -> bytes:
         If it cannot be read, or has more than the most.
     """
     try:
-        return read_bytes(path, most)
-    except TooLargeError as error:
+        return documents.read_bytes(path, most)
+    except documents.TooLargeError as error:
         raise ModelError(f"{path}: {error}", "export the network again") from error
     except OSError as error:
         raise ModelError(

@@ -28,14 +28,8 @@ from edge_ident.estimation.manifest import Manifest
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.model.model import BOARD_UNITS, POSITIVE, Array
+from edge_ident.signals import one_period
 from edge_ident.signals.metrics import compare, relative_residual
-from edge_ident.signals.one_period import (
-    Blocks,
-    KnownMotion,
-    Period,
-    condition_period,
-    period_samples,
-)
 from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board_identification import BoardAxis, CapturedCounts
 from firmware_interface.registers import AXES, IdentificationReason
@@ -354,12 +348,12 @@ class BoardNetwork:
     ) -> dict[str, tuple[BoardAxis, NetworkEstimate | None]]:
         """The same, with the network's estimate where it was asked."""
         period_s, sampling_s = self.network.manifest.motion.period_s, board.sample_period_s
-        samples = period_samples(period_s, sampling_s, len(captured.position))
+        samples = one_period.period_samples(period_s, sampling_s, len(captured.position))
         if not samples:
             return dict.fromkeys(AXES, (BoardAxis(IdentificationReason.TOO_SHORT), None))
         return {
             axis: self._axis(
-                Blocks.of(captured.position[:samples, n], captured.effort[:samples, n]),
+                one_period.Blocks.of(captured.position[:samples, n], captured.effort[:samples, n]),
                 samples * sampling_s,
                 board,
             )
@@ -367,7 +361,7 @@ class BoardNetwork:
         }
 
     def _axis(
-        self, blocks: Blocks, period_s: float, board: "BoardIdentity"
+        self, blocks: one_period.Blocks, period_s: float, board: "BoardIdentity"
     ) -> tuple[BoardAxis, NetworkEstimate | None]:
         seen = self._conditioned(blocks, period_s, board)
         why_not = self._illegible(seen, board.effort_per_count_nm)
@@ -382,10 +376,12 @@ class BoardNetwork:
             found,
         )
 
-    def _conditioned(self, blocks: Blocks, period_s: float, board: "BoardIdentity") -> Period:
-        return condition_period(
+    def _conditioned(
+        self, blocks: one_period.Blocks, period_s: float, board: "BoardIdentity"
+    ) -> one_period.Period:
+        return one_period.condition_period(
             blocks,
-            KnownMotion.of(self.network.manifest.motion.regressor),
+            one_period.KnownMotion.of(self.network.manifest.motion.regressor),
             unit=board.encoder_resolution_rad,
             effort_unit=board.effort_per_count_nm,
             sampling_s=board.sample_period_s,
@@ -393,7 +389,7 @@ class BoardNetwork:
             effort_shift_s=board.control_delay_s + 0.5 * board.sample_period_s,
         )
 
-    def _illegible(self, seen: Period, count: float) -> IdentificationReason:
+    def _illegible(self, seen: one_period.Period, count: float) -> IdentificationReason:
         """Why the network cannot read what an axis did."""
         manifest = self.network.manifest
         if seen.moving_share < FEWEST_MOVING:

@@ -13,29 +13,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.prepare import bandwidth, preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.prepare.bandwidth import (
-    LEAST_WEIGHT,
-    SMEAR_PERIODS,
-    Band,
-    aliasing_mask,
-    direction_weight,
-    reversals,
-    run_in,
-    search_band,
-    tone_count,
-    unknown_directions,
-)
-from edge_ident.diagnosis.prepare.preparation import FEWEST_SAMPLES, most_hz
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
 from edge_ident.model.motion import Motion
-from edge_ident.signals.conditioning import (
-    FEWEST_CUTOFF_PERIODS,
-    SAMPLED_PER_PERIOD,
-    decimated,
-    resolving_cutoff_hz,
-)
+from edge_ident.signals import conditioning
 from edge_ident.signals.metrics import rms
 from firmware_interface.motion import Multisine, Staircase, reference
 
@@ -122,19 +105,21 @@ class Instruments:
         expected = max(plain.floor(s.band) for s in data.segments)
         return replace(plain, floor_ratio=floor / max(expected, _TINY))
 
-    def band(self, motion: Motion) -> Band:
+    def band(self, motion: Motion) -> bandwidth.Band:
         """The band in which a motion would be compared, from its acceleration and the noise."""
         acceleration = float(np.std(motion.acceleration))
         duration_s = float(motion.time_s[-1])
-        ceiling_hz = 1.0 / (SAMPLED_PER_PERIOD * self.sampling_s)
-        widest_hz = resolving_cutoff_hz(acceleration, self.position_noise, self.sampling_s)
-        widest_hz = min(max(widest_hz, FEWEST_CUTOFF_PERIODS / duration_s), ceiling_hz)
-        band = search_band(
+        ceiling_hz = 1.0 / (conditioning.SAMPLED_PER_PERIOD * self.sampling_s)
+        widest_hz = conditioning.resolving_cutoff_hz(
+            acceleration, self.position_noise, self.sampling_s
+        )
+        widest_hz = min(max(widest_hz, conditioning.FEWEST_CUTOFF_PERIODS / duration_s), ceiling_hz)
+        band = bandwidth.search_band(
             self.inertia, self.position_noise, self.density, widest_hz, self.sampling_s
         )
-        return replace(band, cutoff_hz=min(band.cutoff_hz, most_hz(duration_s)))
+        return replace(band, cutoff_hz=min(band.cutoff_hz, preparation.most_hz(duration_s)))
 
-    def floor(self, band: Band) -> float:
+    def floor(self, band: bandwidth.Band) -> float:
         """Noise floor in a band."""
         frequency_hz = np.linspace(0.0, 3.0 * band.cutoff_hz, 301)
         above = self.inertia * (2.0 * np.pi * frequency_hz) ** 2 * self.position_noise
@@ -153,19 +138,19 @@ class Instruments:
     def compared(self, motion: Motion, others: Mapping[str, Motion]) -> Compared | None:
         """The samples of a planned motion; None where hardly any shows the axis in motion."""
         band, period_s = self.band(motion), float(motion.time_s[1] - motion.time_s[0])
-        turns, cutoff_hz = reversals(motion), band.cutoff_hz
-        reversing, rests = unknown_directions(
+        turns, cutoff_hz = bandwidth.reversals(motion), band.cutoff_hz
+        reversing, rests = bandwidth.unknown_directions(
             motion.position, turns, self.position_noise, rms(motion.velocity), cutoff_hz, period_s
         )
-        weight = direction_weight(reversing | rests, cutoff_hz, period_s)
-        smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
-        count = tone_count(self.count, self.position_noise)
-        aliased = aliasing_mask(motion, count, band.cutoff_hz, self.sampling_s, smear)
-        index = decimated(len(weight), band.cutoff_hz, period_s)
+        weight = bandwidth.direction_weight(reversing | rests, cutoff_hz, period_s)
+        smear = int(np.ceil(bandwidth.SMEAR_PERIODS / (band.cutoff_hz * period_s)))
+        count = bandwidth.tone_count(self.count, self.position_noise)
+        aliased = bandwidth.aliasing_mask(motion, count, band.cutoff_hz, self.sampling_s, smear)
+        index = conditioning.decimated(len(weight), band.cutoff_hz, period_s)
         passed = band.lowpass(weight, period_s)
-        usable = (passed[index] > LEAST_WEIGHT) & ~aliased[index]
-        index = index[usable & (index >= run_in(motion.position))]
-        if len(index) < FEWEST_SAMPLES:
+        usable = (passed[index] > bandwidth.LEAST_WEIGHT) & ~aliased[index]
+        index = index[usable & (index >= bandwidth.run_in(motion.position))]
+        if len(index) < preparation.FEWEST_SAMPLES:
             return None
 
         def predicted(axis: AxisModel) -> Array:

@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.files.opening import Counted, needed, reading
 from edge_ident.files.table import Column, Series, Table, merged
-from edge_ident.support.documents import (
-    MOST_BYTES,
-    MOST_CELLS,
-    MOST_COLUMNS,
-    MOST_DESCRIPTION_BYTES,
-    check_size,
-)
+from edge_ident.support import documents
 
 Array = NDArray[np.float64]
 
@@ -45,7 +39,7 @@ class _Topic:
     def add(self, stamp_ns: int, names: list[str], quantity: str, values: Array) -> None:
         if len(values) != len(names):  # ROS leaves a quantity out that a joint does not have
             return
-        check_size("columns", len(self.series) + len(names), MOST_COLUMNS)
+        documents.check_size("columns", len(self.series) + len(names), documents.MOST_COLUMNS)
         for name, value in zip(names, values.tolist(), strict=True):
             stamps, held = self.series.setdefault((name, quantity), ([], []))
             stamps.append(stamp_ns)
@@ -129,7 +123,7 @@ def _joint_states(reader: Any) -> dict[str, _Topic]:
         for quantity in _QUANTITIES:
             values = np.array(getattr(message, quantity), dtype=np.float64)
             numbers += len(values)
-            check_size("numbers", numbers, MOST_CELLS)
+            documents.check_size("numbers", numbers, documents.MOST_CELLS)
             topic.add(stamp_ns or recorded_ns, list(message.name), quantity, values)
     return found
 
@@ -164,7 +158,9 @@ def check_description(folder: Path) -> None:
     TooLargeError
     """
     for file in folder.glob("*.yaml"):
-        check_size(f"bytes in {file.name}", file.stat().st_size, MOST_DESCRIPTION_BYTES)
+        documents.check_size(
+            f"bytes in {file.name}", file.stat().st_size, documents.MOST_DESCRIPTION_BYTES
+        )
 
 
 @contextmanager
@@ -221,7 +217,7 @@ class _Unpackers:
             parts.append(unpacker.decompress(data, _PART_BYTES))
             data = b""
             self._made += len(parts[-1])
-            check_size("bytes unpacked", self._made, MOST_BYTES)
+            documents.check_size("bytes unpacked", self._made, documents.MOST_BYTES)
             if not parts[-1] and unpacker.needs_input:
                 raise EOFError("a chunk is cut off")
         return b"".join(parts)

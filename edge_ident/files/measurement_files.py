@@ -12,15 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.files.dialect import (
-    Dialect,
-    Layout,
-    lay_out,
-    seconds_of_stamp,
-    since_first,
-    stated_period,
-    width_of,
-)
+from edge_ident.files import dialect
 from edge_ident.files.opening import needed, open_archive, reading, refuse_document_types
 from edge_ident.files.table import Table, make_columns, series
 from edge_ident.support.documents import (
@@ -299,7 +291,7 @@ def _unpacked(file: BinaryIO, length: int) -> Iterator[bytes]:
 
 
 _MOST_ROWS: Final = 1 << 20  # of a sheet, in every program that writes them
-_WRITTEN: Final = Dialect("utf-8", "tab", "point")  # how cells that are numbers become text
+_WRITTEN: Final = dialect.Dialect("utf-8", "tab", "point")  # how cells that are numbers become text
 
 
 def read_xlsx(path: Path) -> Table:
@@ -319,30 +311,30 @@ def read_xlsx(path: Path) -> Table:
         sheet.reset_dimensions()  # what a file states of them is often a whole sheet
         title = str(sheet.title)
         rows = list(_rows(sheet.iter_rows(values_only=True)))
-    width = width_of(_WRITTEN, [row for _, row in rows])
+    width = dialect.width_of(_WRITTEN, [row for _, row in rows])
     check_table(width, len(rows))
-    layout = lay_out(str(path), rows, width, _WRITTEN.is_value)
+    layout = dialect.lay_out(str(path), rows, width, _WRITTEN.is_value)
     table = [(i, row) for i, row in rows if i >= layout.first_row]
     values = np.array([_values(path, layout, number, row) for number, row in table]).T
     values = np.ascontiguousarray(values)
     stamps = [c for c in layout.numeric if any(_is_stamp(row, c) for _, row in table)]
     for place, c in enumerate(layout.numeric):
         if c in stamps:
-            since_first(values[place])
+            dialect.since_first(values[place])
     columns = make_columns(
         (layout.headings[c] for c in layout.numeric),
         values,
         ("s" if c in stamps else layout.units[c] for c in layout.numeric),
         sparse=True,
     )
-    period_s = stated_period(layout.header)
+    period_s = dialect.stated_period(layout.header)
     return Table(
         str(path), columns, f"sheet {title}, {layout}", layout.first_row, layout.header,
         period_s=period_s,
     )  # fmt: skip
 
 
-def _values(path: Path, layout: Layout, number: int, row: list[str]) -> list[float]:
+def _values(path: Path, layout: dialect.Layout, number: int, row: list[str]) -> list[float]:
     """The numbers of a row; NaN for an empty cell, and infinity for one that is none.
 
     Raises
@@ -361,7 +353,7 @@ def _values(path: Path, layout: Layout, number: int, row: list[str]) -> list[flo
         if _WRITTEN.is_number(cell):
             values.append(float(cell))
         elif _WRITTEN.is_stamp(cell):
-            values.append(seconds_of_stamp(cell))
+            values.append(dialect.seconds_of_stamp(cell))
         else:
             values.append(np.inf if "nan" in cell.lower() or "inf" in cell.lower() else np.nan)
     return values

@@ -11,13 +11,7 @@ from typing import IO, Any, BinaryIO, Final, cast
 from xml.parsers.expat import ParserCreate
 
 from edge_ident.errors import DataError, EdgeIdentError
-from edge_ident.support.documents import (
-    MOST_BYTES,
-    MOST_COLUMNS,
-    MOST_IN_LINE,
-    TooLargeError,
-    check_size,
-)
+from edge_ident.support import documents
 
 # Packages that only some files need, and what they make of a file that is none of theirs.
 
@@ -54,7 +48,7 @@ def reading(source: str, kind: str) -> Iterator[None]:
     """
     try:
         yield
-    except (EdgeIdentError, TooLargeError, MemoryError):
+    except (EdgeIdentError, documents.TooLargeError, MemoryError):
         raise
     except Exception as error:
         raise unreadable(source, kind, error) from error
@@ -89,7 +83,7 @@ def open_bytes(path: Path) -> BinaryIO:
         Now or while it is read: it holds more bytes than a recording has.
     """
     if not is_compressed(path):
-        check_size("bytes", path.stat().st_size, MOST_BYTES)
+        documents.check_size("bytes", path.stat().st_size, documents.MOST_BYTES)
         return path.open("rb")
     import gzip
 
@@ -109,7 +103,7 @@ class Counted(RawIOBase):
     def readinto(self, buffer: "bytearray | memoryview") -> int:  # type: ignore[override]
         part = self._file.read(len(buffer))
         self._count += len(part)
-        check_size("bytes unpacked", self._count, MOST_BYTES)
+        documents.check_size("bytes unpacked", self._count, documents.MOST_BYTES)
         buffer[: len(part)] = part
         return len(part)
 
@@ -131,8 +125,8 @@ def lines_of(file: TextIOWrapper) -> Iterator[str]:
     TooLargeError
         One is longer than a row of a table.
     """
-    for line in iter(partial(file.readline, MOST_IN_LINE + 1), ""):
-        check_size("characters in a line", len(line), MOST_IN_LINE)
+    for line in iter(partial(file.readline, documents.MOST_IN_LINE + 1), ""):
+        documents.check_size("characters in a line", len(line), documents.MOST_IN_LINE)
         yield line
 
 
@@ -155,8 +149,10 @@ def open_archive(path: Path) -> zipfile.ZipFile:
     archive = zipfile.ZipFile(path)
     members = archive.infolist()
     try:
-        check_size("members", len(members), MOST_COLUMNS)
-        check_size("bytes unpacked", sum(one.file_size for one in members), MOST_BYTES)
+        documents.check_size("members", len(members), documents.MOST_COLUMNS)
+        documents.check_size(
+            "bytes unpacked", sum(one.file_size for one in members), documents.MOST_BYTES
+        )
     except ValueError:
         archive.close()
         raise

@@ -63,10 +63,7 @@ _NOT_READ: Final = {
 
 
 def read_table(
-    source: Any,
-    delimiter: str | None = None,
-    decimal: str | None = None,
-    topic: str | None = None,
+    source: Any, delimiter: str | None = None, decimal: str | None = None, topic: str | None = None
 ) -> Table:
     """Read the columns of a file, or of a data frame.
 

@@ -33,14 +33,7 @@ from edge_ident.files.dialect import (
 from edge_ident.files.opening import is_compressed, lines_of, open_bytes, open_text, unreadable
 from edge_ident.files.table import Column, Series, Table, joint_names, make_columns, merged
 from edge_ident.files.units import known_unit
-from edge_ident.support.documents import (
-    MOST_CELLS,
-    MOST_COLUMNS,
-    TooLargeError,
-    check_size,
-    check_table,
-)
-from edge_ident.support.words import brief
+from edge_ident.support import documents, words
 
 Array = NDArray[np.float64]
 
@@ -85,7 +78,7 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     if open_end:
         rows = [(i, cells if cells[-1] else cells[:-1] or cells) for i, cells in rows]
         width -= 1
-    check_size("columns", width, MOST_COLUMNS)
+    documents.check_size("columns", width, documents.MOST_COLUMNS)
     if (other := read_named(path, dialect, rows, width)) is not None:
         return other
     layout = lay_out(str(path), _without_comments(rows, width), width, dialect.is_value)
@@ -94,7 +87,7 @@ def _table(path: Path, delimiter: str | None, decimal: str | None) -> Table:
     layout = replace(layout, open_end=open_end, stamps=tuple(stamps))
     try:
         values, sparse = _any_numbers(path, dialect, layout, lines)
-    except TooLargeError:
+    except documents.TooLargeError:
         raise
     except (ValueError, csv.Error) as error:
         if (other := read_stacked(path, dialect)) is not None:
@@ -137,7 +130,7 @@ def _any_numbers(
     quoted = any('"' in line for line in lines[layout.first_row - 1 :])
     try:
         return _numbers(path, dialect, layout, quoted), False
-    except TooLargeError:
+    except documents.TooLargeError:
         raise
     except (ValueError, csv.Error):
         return _numbers(path, dialect, layout, quoted, holes=True), True
@@ -274,7 +267,7 @@ def _count_rows(path: Path, columns: int) -> int:
             block = part
             feeds += block.count(b"\n")
             returns += block.count(b"\r") if not feeds else 0
-            check_table(columns, max(feeds, returns))
+            documents.check_table(columns, max(feeds, returns))
     rows = max(feeds, returns) + (not block.endswith((b"\n", b"\r", b"\n\0")))
     end = block[-64:].replace(b"\0", b"").strip().endswith((b"\nEOF", b"\rEOF"))
     return rows - (1 if end else 0)
@@ -350,7 +343,7 @@ def _is_long(dialect: Dialect, rows: Sequence[Sequence[str]], names: int) -> boo
     """Whether rows are one value each: several names that stand there again and again, and before
     the value nothing but a clock."""
     held = {cells[names] for cells in rows}
-    if not 1 < len(held) <= MOST_COLUMNS or 2 * len(held) > len(rows):
+    if not 1 < len(held) <= documents.MOST_COLUMNS or 2 * len(held) > len(rows):
         return False
     if len(rows[0]) == 2:
         return names == 0
@@ -383,7 +376,7 @@ def _long(path: Path, dialect: Dialect, names: int, width: int, header: dict[str
 
 
 def _series(found: dict[str, tuple[list[float], list[float]]]) -> list[Series]:
-    check_size("columns", len(found), MOST_COLUMNS)
+    documents.check_size("columns", len(found), documents.MOST_COLUMNS)
     made = []
     for name, (times, values) in found.items():
         stamps, first = np.unique(np.array(times), return_index=True)
@@ -435,7 +428,7 @@ def read_stacked(path: Path, dialect: Dialect) -> Table | None:
     names = _names(blocks)
     if names is None:
         return None
-    check_size("columns", len(names), MOST_COLUMNS)
+    documents.check_size("columns", len(names), documents.MOST_COLUMNS)
     series = [
         Series(names[k, c], block.unit(), time, np.array([row[c] for row in block.numbers]))
         for k, (block, time) in enumerate(zip(blocks, times, strict=True))
@@ -501,7 +494,7 @@ def _rows(path: Path, dialect: Dialect) -> Iterator[Row]:
             if line.strip():
                 row = dialect.cells(line.rstrip("\n"))
                 cells += len(row)
-                check_size("cells", cells, MOST_CELLS)
+                documents.check_size("cells", cells, documents.MOST_CELLS)
                 yield number, row
 
 
@@ -529,8 +522,8 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
             where = f"{path}, row {row}"
             if len(cells) > 1 and not any(map(dialect.is_number_anyhow, cells)):
                 return DataError(
-                    f"{where}: text again ({', '.join(map(brief, cells[:3]))}), where the table "
-                    "goes on: a second table begins",
+                    f"{where}: text again ({', '.join(map(words.brief, cells[:3]))}), where the "
+                    "table goes on: a second table begins",
                     "keep one table in the file",
                 )
             if len(cells) != width:
@@ -545,7 +538,7 @@ def bad_cell(path: Path, dialect: Dialect, layout: Layout) -> DataError:
 
 
 def _bad(where: str, heading: str, cell: str, dialect: Dialect) -> DataError:
-    what = f"{where}, column {heading}: {brief(cell)} is not a number"
+    what = f"{where}, column {heading}: {words.brief(cell)} is not a number"
     if dialect.is_number_anyhow(cell):
         what += f" with a decimal {dialect.decimal}, as the rows before are written"
     return DataError(what, "correct the cell, or remove the row")

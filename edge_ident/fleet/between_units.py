@@ -23,12 +23,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from edge_ident.diagnosis.measures import TOLERANCE
-from edge_ident.fleet.result import (
-    Comparison,
-    SurveyedAxis,
-    SurveyedRecording,
-    UnitValue,
-)
+from edge_ident.fleet import result
 from edge_ident.model.effects import named
 from edge_ident.model.model import NORMAL_95, PARAMETERS
 
@@ -184,7 +179,7 @@ def _from_others(values: Array, std: Array, others: NDArray[np.bool_]) -> tuple[
 #
 # An axis that is not trusted is not compared. Several recordings of a unit become one value.
 
-Axes = Sequence[tuple[str, SurveyedAxis]]
+Axes = Sequence[tuple[str, result.SurveyedAxis]]
 """One axis of several recordings, each with its unit."""
 Measured = Mapping[str, list[tuple[float, float]]]
 """Values with their deviations, by unit."""
@@ -193,14 +188,14 @@ Measured = Mapping[str, list[tuple[float, float]]]
 _NOT_FOUND_STD: Final = TOLERANCE / NORMAL_95
 
 
-def compare_units(recordings: Iterable[SurveyedRecording]) -> tuple[Comparison, ...]:
+def compare_units(recordings: Iterable[result.SurveyedRecording]) -> tuple[result.Comparison, ...]:
     """Compare the units in every quantity.
 
     Parameters
     ----------
     recordings : iterable of SurveyedRecording
     """
-    axes: dict[tuple[str, str], list[tuple[str, SurveyedAxis]]] = {}
+    axes: dict[tuple[str, str], list[tuple[str, result.SurveyedAxis]]] = {}
     for recording in recordings:
         for name, axis in recording.axes.items():
             if axis.trusted:
@@ -239,7 +234,7 @@ def _effects(axes: Axes) -> Iterator[tuple[str, str, Measured]]:
         yield "/".join(sorted(group)), "", measured
 
 
-def effect_groups(axes: Iterable[SurveyedAxis]) -> list[frozenset[str]]:
+def effect_groups(axes: Iterable[result.SurveyedAxis]) -> list[frozenset[str]]:
     """Effects that are a supported cause anywhere, together where a recording does not separate
     them."""
     found = [cause for axis in axes for cause in axis.causes if cause.kind != "suspected"]
@@ -254,7 +249,7 @@ def effect_groups(axes: Iterable[SurveyedAxis]) -> list[frozenset[str]]:
     return sorted((group for group in lasting if group & supported), key=sorted)
 
 
-def _share(axis: SurveyedAxis, group: frozenset[str]) -> tuple[float, float] | None:
+def _share(axis: result.SurveyedAxis, group: frozenset[str]) -> tuple[float, float] | None:
     """Share of the effort with its deviation; None where the recording does not say."""
     of_group = [cause for cause in axis.causes if cause.effect in group]
     certain = [cause for cause in of_group if cause.kind != "suspected"]
@@ -290,10 +285,10 @@ def _if_alike(share: Array, std: Array) -> Array:
 
 def _comparison(
     axis: str, quantity: str, unit: str, values: Mapping[str, tuple[float, float]], judged: int
-) -> Comparison:
+) -> result.Comparison:
     value, std = np.array([*values.values()]).reshape(-1, 2).T
     found = distances(value, std if unit else _if_alike(value, std), judged)
-    return Comparison(
+    return result.Comparison(
         axis=axis,
         quantity=quantity,
         of_effect=not unit,
@@ -301,7 +296,7 @@ def _comparison(
         centre=found.centre if found else None,
         between=found.between if found else None,
         units={
-            name: UnitValue(
+            name: result.UnitValue(
                 *values[name],
                 float(found.distance[i]) if found else None,
                 bool(found.stands_out[i]) if found else False,

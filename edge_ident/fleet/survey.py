@@ -10,30 +10,12 @@ from typing import Any, Final, Literal
 
 from edge_ident.errors import DataError
 from edge_ident.files.reading import ENDINGS
+from edge_ident.fleet import between_units, result
 from edge_ident.fleet.analysis import Options, failure_of
-from edge_ident.fleet.between_units import compare_units
-from edge_ident.fleet.result import (
-    Failed,
-    Found,
-    Survey,
-    SurveyedAxis,
-    SurveyedCause,
-    SurveyedRecording,
-    Value,
-)
 from edge_ident.fleet.workers import Outcomes, Task, run_on_cluster, run_processes
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.read_columns import ReadOptions
-from edge_ident.support.documents import (
-    DEEPEST,
-    MOST_FILES,
-    TooLargeError,
-    check_size,
-    file_sha256,
-    read_json,
-    to_json,
-    write_json,
-)
+from edge_ident.support import documents
 from edge_ident.support.given import check_type, path
 from edge_ident.support.given import number as check_number
 from edge_ident.support.version import VERSION
@@ -55,8 +37,8 @@ def survey(
     cluster: str | None = None,
     output: str | Path | None = None,
     on_progress: Progress = lambda stage, done, of: None,
-    on_recording: Callable[[SurveyedRecording], None] = lambda recording: None,
-) -> Survey:
+    on_recording: Callable[[result.SurveyedRecording], None] = lambda recording: None,
+) -> result.Survey:
     """Identify and diagnose every recording of a folder, and compare the units.
 
     A recording that cannot be used is a row that says why, and stops no other.
@@ -113,7 +95,7 @@ def survey(
     if kept is not None:
         kept.mkdir(parents=True, exist_ok=True)  # before the work, not after it
     common, tasks = _options(options, model, diagnose), list[Task]()
-    done = dict[Found, SurveyedRecording]()
+    done = dict[result.Found, result.SurveyedRecording]()
     for number, file in enumerate(files):
         on_progress("looking for results", number, len(files))
         known = _task_or_result(file, common, kept)
@@ -133,7 +115,7 @@ def survey(
             on_recording(found)
             on_progress("recordings", number, len(tasks))
     rows = tuple(map(done.__getitem__, files))
-    return Survey(rows, compare_units(rows), left_out)
+    return result.Survey(rows, between_units.compare_units(rows), left_out)
 
 
 def _options(
@@ -145,13 +127,13 @@ def _options(
 
 
 def _task_or_result(
-    file: Found, options: Mapping[str, Any], kept: Path | None
-) -> Task | SurveyedRecording:
+    file: result.Found, options: Mapping[str, Any], kept: Path | None
+) -> Task | result.SurveyedRecording:
     """What is to be done, or what is known of a file: a kept result, or that nobody can read it."""
     try:
-        sha256 = file_sha256(file.path)
+        sha256 = documents.file_sha256(file.path)
     except OSError as error:
-        return SurveyedRecording(file.name, file.unit, "", {}, failure_of(error), 0.0)
+        return result.SurveyedRecording(file.name, file.unit, "", {}, failure_of(error), 0.0)
     key = key_of(sha256, file.path.suffix, options)
     before = load_kept(kept, key) if kept else None
     if before is None:
@@ -181,7 +163,7 @@ _BESIDE_CAPTURES: Final = ("log.txt",)
 
 def find_recordings(
     folder: Path, units: Units, pattern: str | None, output: Path | None
-) -> tuple[list[Found], tuple[str, ...]]:
+) -> tuple[list[result.Found], tuple[str, ...]]:
     """Find the recordings of a folder and its subfolders, by name.
 
     Parameters
@@ -214,7 +196,7 @@ def find_recordings(
         )
     try:
         every = sorted(_files_below(folder))
-    except TooLargeError as error:
+    except documents.TooLargeError as error:
         raise DataError(f"{folder}: {error}", "give a folder that holds recordings") from error
     results = {path.parent for path in every if path.name == RESULT}
     skipped = {path.resolve() for path in results | ({output} if output else set())}
@@ -233,7 +215,7 @@ def find_recordings(
             "give the folder that holds the recordings, or choose them with --files PATTERN",
         )
     names = _unit_names(folder, taken, units)
-    found = [Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
+    found = [result.Found(path, path.relative_to(folder).as_posix(), names[path]) for path in taken]
     left = tuple(path.relative_to(folder).as_posix() for path in files if path not in names)
     return found, left
 
@@ -248,7 +230,7 @@ def _files_below(folder: Path) -> list[Path]:
     """
     found: list[Path] = []
     level = [folder]
-    for _ in range(DEEPEST):
+    for _ in range(documents.DEEPEST):
         inner: list[Path] = []
         for one in level:
             with suppress(PermissionError), os.scandir(one) as entries:
@@ -256,11 +238,13 @@ def _files_below(folder: Path) -> list[Path]:
                     (inner if entry.is_dir(follow_symlinks=False) else found).append(
                         one / entry.name
                     )
-        check_size("files", len(found), MOST_FILES)
+        documents.check_size("files", len(found), documents.MOST_FILES)
         if not inner:
             return found
         level = inner
-    raise TooLargeError(f"it is nested too deeply: at most {DEEPEST} levels are read")
+    raise documents.TooLargeError(
+        f"it is nested too deeply: at most {documents.DEEPEST} levels are read"
+    )
 
 
 def _taken(path: Path, pattern: str | None) -> bool:
@@ -316,13 +300,13 @@ def key_of(sha256: str, ending: str, options: Mapping[str, Any]) -> str:
         "ending": ending.lower(),
         "options": options,
     }
-    return hashlib.sha256(to_json(parts).encode()).hexdigest()
+    return hashlib.sha256(documents.to_json(parts).encode()).hexdigest()
 
 
 def load_kept(folder: Path, key: str) -> dict[str, Any] | None:
     """A result that was kept; None where there is none that can be read."""
     try:
-        document = read_json(folder / FOLDER / f"{key}.json")
+        document = documents.read_json(folder / FOLDER / f"{key}.json")
         recording_of(document, "", "", "")  # complete
     except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
         return None
@@ -337,12 +321,12 @@ def keep(folder: Path, key: str, document: Mapping[str, Any]) -> None:
     OSError
         It cannot be written.
     """
-    write_json({"schema": SCHEMA, **document}, folder / FOLDER / f"{key}.json")
+    documents.write_json({"schema": SCHEMA, **document}, folder / FOLDER / f"{key}.json")
 
 
 def recording_of(
     document: Mapping[str, Any], file: str, unit: str, sha256: str
-) -> SurveyedRecording:
+) -> result.SurveyedRecording:
     """A result document as the result of a file.
 
     Raises
@@ -351,18 +335,18 @@ def recording_of(
         The document is not what `edge_ident.fleet.analysis.analyse` returns.
     """
     failed = document["failed"]
-    return SurveyedRecording(
+    return result.SurveyedRecording(
         file=file,
         unit=unit,
         sha256=sha256,
         axes={name: _axis(axis) for name, axis in document["axes"].items()},
-        failed=None if failed is None else Failed(**failed),
+        failed=None if failed is None else result.Failed(**failed),
         duration_s=float(document["duration_s"]),
     )
 
 
-def _axis(document: Mapping[str, Any]) -> SurveyedAxis:
-    return SurveyedAxis(
+def _axis(document: Mapping[str, Any]) -> result.SurveyedAxis:
+    return result.SurveyedAxis(
         **{
             **document,
             "parameters": _values(document["parameters"]),
@@ -373,8 +357,8 @@ def _axis(document: Mapping[str, Any]) -> SurveyedAxis:
     )
 
 
-def _cause(document: Mapping[str, Any]) -> SurveyedCause:
-    return SurveyedCause(
+def _cause(document: Mapping[str, Any]) -> result.SurveyedCause:
+    return result.SurveyedCause(
         **{
             **document,
             "parameters": _values(document["parameters"]),
@@ -383,5 +367,5 @@ def _cause(document: Mapping[str, Any]) -> SurveyedCause:
     )
 
 
-def _values(document: Mapping[str, Any]) -> dict[str, Value]:
-    return {name: Value(**value) for name, value in document.items()}
+def _values(document: Mapping[str, Any]) -> dict[str, result.Value]:
+    return {name: result.Value(**value) for name, value in document.items()}

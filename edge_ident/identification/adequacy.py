@@ -16,31 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.measures import OUTLIER, worth_naming
-from edge_ident.diagnosis.prepare.bandwidth import (
-    LEAST_WEIGHT,
-    SMEAR_PERIODS,
-    TURN_NOISE,
-    Band,
-    aliasing_mask,
-    balanced_band,
-    direction_weight,
-    longer_or_faster,
-    run_in,
-    tone_count,
-    white_noise,
-)
+from edge_ident.diagnosis.prepare import bandwidth
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.errors import DataError
+from edge_ident.estimation import effort_checks, trust
 from edge_ident.estimation.compensation import CompensatedAxis
-from edge_ident.estimation.effort_checks import (
-    SMALLEST_EXCESS,
-    RegimeMoves,
-    regime_moves,
-    regimes,
-    unnoticed_error,
-)
 from edge_ident.estimation.least_squares import Columns, coloured_std, solve
-from edge_ident.estimation.trust import RESIDUAL_LIMIT
 from edge_ident.model.model import PARAMETERS, Estimate, Term, regressor_rows
 from edge_ident.model.motion import Array, Motion
 from edge_ident.signals.conditioning import decimated
@@ -93,7 +74,7 @@ class ComparedSignals:
     position: Array
     weight: Array
     samples: NDArray[np.intp]
-    band: Band
+    band: bandwidth.Band
     period_s: float
     noise: tuple[float, float]
 
@@ -109,10 +90,10 @@ class ComparedSignals:
         smooth_motion = differentiate(axis.position, motion_hz, signals.period_s)
         position, velocity, acceleration = (x[::stride] for x in smooth_motion)
         unknown = direction_unknown(axis, velocity, noise, stride)
-        weight = direction_weight(unknown, band.cutoff_hz, period_s)
+        weight = bandwidth.direction_weight(unknown, band.cutoff_hz, period_s)
         time_s = np.arange(len(position), dtype=np.float64) * period_s
         motion = Motion.known(time_s, position, velocity, acceleration)
-        aliased = _aliased(motion, tone_count(count, noise), band, recorded_s, period_s)
+        aliased = _aliased(motion, bandwidth.tone_count(count, noise), band, recorded_s, period_s)
         samples, start = _samples(position, weight, aliased, band, period_s, recorded_s)
         effort, effort_rate = _effort(axis, band, weight, period_s, samples)
         jerk = np.gradient(acceleration, period_s)
@@ -178,14 +159,14 @@ class ComparedSignals:
 
     def model_error(self, std: Array) -> Array:
         """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
-        unnoticed = unnoticed_error(self.regressor, self.effort)
+        unnoticed = effort_checks.unnoticed_error(self.regressor, self.effort)
         return np.hypot(self.moves.beyond(std).model_error, unnoticed)
 
     @cached_property
-    def moves(self) -> RegimeMoves:
+    def moves(self) -> effort_checks.RegimeMoves:
         """Moves of the base model's parameters where parts of the motion are left out."""
-        divided = regimes(self.regressor, self.position, self.samples)
-        return regime_moves(self.regressor, self.effort, divided)
+        divided = effort_checks.regimes(self.regressor, self.position, self.samples)
+        return effort_checks.regime_moves(self.regressor, self.effort, divided)
 
     def timing_error(self, std_s: float) -> Array:
         """Deviation (4,) of parameters by that of the shift, in s, which they follow."""
@@ -225,22 +206,28 @@ def _remember(effects: tuple[Term, ...]) -> bool:
     return remembers(effects)
 
 
-def _band(axis: CompensatedAxis, noise: float) -> tuple[Band, float]:
+def _band(axis: CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
     """The band in which noise is balanced, and the power density of the effort's own noise."""
     signals, sampling = axis.signals, axis.signals.sampling
     period_s, widest_hz = signals.recorded_period_s, signals.cutoff_hz
     if sampling is not None:
         white = sampling.effort_noise
     else:
-        white = white_noise(axis.effort, axis.position, widest_hz, period_s)
+        white = bandwidth.white_noise(axis.effort, axis.position, widest_hz, period_s)
     density = 2.0 * period_s * white**2
     part = decimated(len(signals.effort), widest_hz, signals.period_s)
     found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
-    return balanced_band(abs(float(found[0])), noise, density, widest_hz, period_s), density
+    return bandwidth.balanced_band(
+        abs(float(found[0])), noise, density, widest_hz, period_s
+    ), density
 
 
 def _effort(
-    axis: CompensatedAxis, band: Band, weight: Array, period_s: float, at: NDArray[np.intp]
+    axis: CompensatedAxis,
+    band: bandwidth.Band,
+    weight: Array,
+    period_s: float,
+    at: NDArray[np.intp],
 ) -> tuple[Array, Array]:
     """Effort less what known effects account for, and the rate of its slow part, filtered."""
     signals = axis.signals
@@ -256,33 +243,35 @@ def _samples(
     position: Array,
     weight: Array,
     aliased: NDArray[np.bool_],
-    band: Band,
+    band: bandwidth.Band,
     period_s: float,
     recorded_s: float,
 ) -> tuple[NDArray[np.intp], int]:
     """Samples of known direction, decimated; and how many of them lie before the run-in's end."""
     samples = decimated(len(weight), band.cutoff_hz, period_s)
-    samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > LEAST_WEIGHT]
+    samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > bandwidth.LEAST_WEIGHT]
     samples = samples[~aliased[samples]]
-    start = int(np.searchsorted(samples, run_in(position)))
+    start = int(np.searchsorted(samples, bandwidth.run_in(position)))
     if len(samples) - start < _FEWEST:
         raise DataError(
             f"only {len(samples) - start} independent samples lie away from standstill, reversals, "
             "gaps and clipped efforts",
-            longer_or_faster(1.0 / recorded_s),
+            bandwidth.longer_or_faster(1.0 / recorded_s),
         )
     return samples, start
 
 
 def _aliased(
-    motion: Motion, count: float, band: Band, recorded_s: float, period_s: float
+    motion: Motion, count: float, band: bandwidth.Band, recorded_s: float, period_s: float
 ) -> NDArray[np.bool_]:
     """Samples at which encoder quantization aliases into the band."""
-    smear = int(np.ceil(SMEAR_PERIODS / (band.cutoff_hz * period_s)))
-    return aliasing_mask(motion, count, band.cutoff_hz, recorded_s, smear)
+    smear = int(np.ceil(bandwidth.SMEAR_PERIODS / (band.cutoff_hz * period_s)))
+    return bandwidth.aliasing_mask(motion, count, band.cutoff_hz, recorded_s, smear)
 
 
-def _noise(band: Band, density: float, noise: float, period_s: float) -> tuple[float, float]:
+def _noise(
+    band: bandwidth.Band, density: float, noise: float, period_s: float
+) -> tuple[float, float]:
     """Variance of the noise that passes the filter: in the effort, and in the acceleration."""
     frequency = np.linspace(0.0, 2.0 * band.cutoff_hz, _FREQUENCIES)
     power = band.power(frequency) * frequency[1]
@@ -302,8 +291,10 @@ def direction_unknown(
     position = np.ascontiguousarray(axis.position[::stride])
     unknown = ~axis.signals.moving[::stride]
     turns = np.flatnonzero(velocity[1:] * velocity[:-1] <= 0.0)
-    first = turns - _first_away(position[::-1], len(position) - 1 - turns, TURN_NOISE * noise)
-    last = turns + _first_away(position, turns, TURN_NOISE * noise)
+    first = turns - _first_away(
+        position[::-1], len(position) - 1 - turns, bandwidth.TURN_NOISE * noise
+    )
+    last = turns + _first_away(position, turns, bandwidth.TURN_NOISE * noise)
     for begin, end in zip(np.maximum(first, 0).tolist(), (last + 1).tolist(), strict=True):
         unknown[begin:end] = True
     return unknown
@@ -371,7 +362,7 @@ class Adequacy:
         """Whether the residual is more than noise."""
         beyond = 1.0 - min(1.0, self.noise_ratio**-2)
         excess = self.relative_residual * float(np.sqrt(beyond))
-        return self.noise_ratio > STRUCTURE.value and excess > SMALLEST_EXCESS
+        return self.noise_ratio > STRUCTURE.value and excess > effort_checks.SMALLEST_EXCESS
 
     @property
     def adequate(self) -> bool:
@@ -380,7 +371,7 @@ class Adequacy:
 
     @property
     def _poor_fit(self) -> bool:
-        return self.everywhere > RESIDUAL_LIMIT
+        return self.everywhere > trust.RESIDUAL_LIMIT
 
     @property
     def reason(self) -> str:

@@ -21,36 +21,17 @@ import numpy as np
 
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.errors import DataError
+from edge_ident.estimation import trust
 from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
 from edge_ident.estimation.effort_checks import UNRELATED, check_effort, regime_spread, regimes
 from edge_ident.estimation.least_squares import Columns, EstimationPart
-from edge_ident.estimation.trust import (
-    Finding,
-    check_estimate,
-    check_tracking,
-    compare_estimators,
-    departures,
-    describe_data,
-    range_of,
-    tied_to_time,
-    with_timing,
-)
 from edge_ident.identification.adequacy import Adequacy, ComparedSignals
 from edge_ident.identification.result import AxisIdentification, EffortTrace, ParameterSource
-from edge_ident.model.model import (
-    AxisModel,
-    Estimate,
-    Model,
-    SupportedRange,
-    base_axis,
-    effect_names,
-)
+from edge_ident.model import model
 from edge_ident.model.motion import Array, Timing
+from edge_ident.signals import metrics, scale_checks, tracking
 from edge_ident.signals.conditioning import Signals
-from edge_ident.signals.metrics import compare
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.scale_checks import check_inertia, check_scale
-from edge_ident.signals.tracking import OFF
 from edge_ident.support.next_step import PAGE
 from edge_ident.support.words import listed, spoken
 
@@ -84,9 +65,9 @@ class AxisEstimates:
     name: str
     compensated: CompensatedAxis
     part: EstimationPart
-    linear: Estimate
+    linear: model.Estimate
     compared: ComparedSignals
-    network: Estimate | None
+    network: model.Estimate | None
     network_reason: str
     adequacy: Adequacy
     timing: Timing
@@ -97,7 +78,7 @@ class _Base:
     """An estimate of the base model; its deviations include those by model error and timing."""
 
     source: ParameterSource
-    estimate: Estimate
+    estimate: model.Estimate
     model_error: Array
 
     def expected_error(self, signals: Signals) -> float:
@@ -120,15 +101,15 @@ class _Choice:
     """
 
     source: ParameterSource
-    estimate: Estimate
+    estimate: model.Estimate
     model_error: Array
     compensated: CompensatedAxis
     reason: str
-    line: Estimate | None = None
+    line: model.Estimate | None = None
 
-    def doubts(self, columns: Columns, measured: Array, left: float) -> list[Finding]:
+    def doubts(self, columns: Columns, measured: Array, left: float) -> list[trust.Finding]:
         """What speaks against the parameters, where the model leaves that share of the effort."""
-        return check_estimate(self.estimate, columns, measured, left, self.line)
+        return trust.check_estimate(self.estimate, columns, measured, left, self.line)
 
 
 def answer(
@@ -153,8 +134,10 @@ def answer(
     effects, times_s = chosen.compensated.effects_effort[samples], signals.times_s(samples)
     measured = signals.effort[samples] + effects
     modelled = columns.values @ chosen.estimate.parameters + effects
-    axis, metric = estimates.recording.axes[estimates.name], compare(measured, modelled)
-    seen = range_of(signals, axis, samples, signals.effort + chosen.compensated.effects_effort)
+    axis, metric = estimates.recording.axes[estimates.name], metrics.compare(measured, modelled)
+    seen = trust.range_of(
+        signals, axis, samples, signals.effort + chosen.compensated.effects_effort
+    )
     doubts = chosen.doubts(columns, measured, metric.relative_residual)
     findings = _findings(estimates, outcome, seen, chosen, doubts)
     findings += _disagreement(estimates.adequacy, network, linear)
@@ -182,13 +165,15 @@ def answer(
     )
 
 
-def _disagreement(adequacy: Adequacy, network: Estimate | None, linear: Estimate) -> list[Finding]:
+def _disagreement(
+    adequacy: Adequacy, network: model.Estimate | None, linear: model.Estimate
+) -> list[trust.Finding]:
     """Where network and least squares contradict each other on an adequate model."""
-    return compare_estimators(network, linear) if network and adequacy.adequate else []
+    return trust.compare_estimators(network, linear) if network and adequacy.adequate else []
 
 
-def _model(chosen: _Choice, axis: AxisRecord, seen: SupportedRange) -> AxisModel:
-    base = base_axis(chosen.estimate, *axis.units, seen)
+def _model(chosen: _Choice, axis: AxisRecord, seen: model.SupportedRange) -> model.AxisModel:
+    base = model.base_axis(chosen.estimate, *axis.units, seen)
     return replace(base, terms=(*base.terms, *chosen.compensated.effects))
 
 
@@ -216,20 +201,20 @@ def _bases(estimates: AxisEstimates) -> tuple[_Base, _Base]:
 def _findings(
     estimates: AxisEstimates,
     outcome: "AxisDiagnosis | DataError | None",
-    seen: SupportedRange,
+    seen: model.SupportedRange,
     chosen: _Choice,
-    doubts: list[Finding],
-) -> list[Finding]:
+    doubts: list[trust.Finding],
+) -> list[trust.Finding]:
     """Findings about the data, the known effects, the model and the parameters of the answer."""
     known, recording, name = estimates.compensated, estimates.recording, estimates.name
-    findings = describe_data(known.signals, recording.stamp_jitter, recording.lost_rows)
-    findings += departures(known.effects, seen, recording.axes[name])
-    findings += tied_to_time(known.tied_to_time)
+    findings = trust.describe_data(known.signals, recording.stamp_jitter, recording.lost_rows)
+    findings += trust.departures(known.effects, seen, recording.axes[name])
+    findings += trust.tied_to_time(known.tied_to_time)
     extended = chosen.source is ParameterSource.EXTENDED_MODEL
     findings += of_effort(known.signals, estimates.part, extended=extended)
     findings += describe_model(estimates.adequacy, outcome, extended=extended)
-    findings += with_timing(doubts, estimates.timing)
-    findings += check_tracking([recording], name)
+    findings += trust.with_timing(doubts, estimates.timing)
+    findings += trust.check_tracking([recording], name)
     return findings + describe_scales(recording, name, chosen.estimate.parameters[0])
 
 
@@ -237,7 +222,7 @@ def _chosen(
     estimates: AxisEstimates,
     diagnosed: "AxisDiagnosis | None",
     bases: tuple[_Base, _Base],
-    network: Estimate | None,
+    network: model.Estimate | None,
 ) -> _Choice:
     linear, known = bases[0], estimates.compensated
     if diagnosed is not None and len(diagnosed.model.terms) > 1 + len(known.effects):
@@ -265,13 +250,13 @@ def _chosen(
     )
 
 
-def _line_with_known(estimate: Estimate, known: CompensatedAxis) -> Estimate | None:
+def _line_with_known(estimate: model.Estimate, known: CompensatedAxis) -> model.Estimate | None:
     """An estimate beside known effects, with the line through all friction in place of its own;
     None where no known effect is friction. What the effects' values are off by, the estimate takes
     up, and the line does not move."""
     if known.friction_line is None:
         return None
-    return Estimate(estimate.parameters + np.array([0.0, *known.friction_line]), estimate.std)
+    return model.Estimate(estimate.parameters + np.array([0.0, *known.friction_line]), estimate.std)
 
 
 def _fits(extended: _Choice, estimates: AxisEstimates, base: _Base) -> bool:
@@ -292,13 +277,13 @@ def _extended(
     """The base parameters of the extended model."""
     name, known = estimates.name, estimates.compensated.signals
     compensated = compensate_effects(
-        estimates.recording, name, Model({name: diagnosed.model}),
+        estimates.recording, name, model.Model({name: diagnosed.model}),
         late_s=diagnosed.timing.shift_s, of_motion=known,
     )  # fmt: skip
     estimate = diagnosed.model.estimate  # physical, as in a file, and no surer than that
     # how far parts of the motion disagree with effects taken off: what the diagnosis left
     error = _model_error(compensated, estimates.part, estimate.std)
-    causes = listed(dict.fromkeys(map(spoken, effect_names(diagnosed.model))))
+    causes = listed(dict.fromkeys(map(spoken, model.effect_names(diagnosed.model))))
     reason = f"the base model is inadequate; the extended model has {causes}"
     if diagnosed.base_is_enough:
         base = _best(bases, known).estimate
@@ -319,7 +304,7 @@ def _line(
     diagnosed: "AxisDiagnosis",
     compensated: CompensatedAxis,
     bases: tuple[_Base, _Base],
-) -> Estimate | None:
+) -> model.Estimate | None:
     """The extended model with friction as a line. What parts of the motion move in friction, they
     move in its line as well: the two differ by a constant."""
     line = diagnosed.extended.effective
@@ -332,9 +317,9 @@ def _line(
     return _widened(line, error)
 
 
-def _widened(estimate: Estimate, by: Array) -> Estimate:
+def _widened(estimate: model.Estimate, by: Array) -> model.Estimate:
     # errors of different origin are independent: they add in squares
-    return Estimate(estimate.parameters, np.hypot(estimate.std, by))
+    return model.Estimate(estimate.parameters, np.hypot(estimate.std, by))
 
 
 def _model_error(axis: CompensatedAxis, part: EstimationPart, std: Array) -> Array:
@@ -344,7 +329,7 @@ def _model_error(axis: CompensatedAxis, part: EstimationPart, std: Array) -> Arr
     return regime_spread(regressor, axis.signals.effort[samples], divided, std).model_error
 
 
-def _reason(network: Estimate | None, base: _Base) -> str:
+def _reason(network: model.Estimate | None, base: _Base) -> str:
     """Why the parameters are those of the base model."""
     smaller = "its expected error is smaller than that of least squares on all samples; "
     why = smaller if base.source is ParameterSource.WHITENED else ""
@@ -362,7 +347,7 @@ def _reason(network: Estimate | None, base: _Base) -> str:
 
 def describe_model(
     adequacy: Adequacy, outcome: "AxisDiagnosis | DataError | None", *, extended: bool
-) -> list[Finding]:
+) -> list[trust.Finding]:
     """Findings about the model that an answer belongs to.
 
     Parameters
@@ -379,7 +364,7 @@ def describe_model(
         return []
     if isinstance(outcome, DataError):
         return [
-            Finding(
+            trust.Finding(
                 "not_diagnosed",
                 f"{adequacy.reason}; this could not be diagnosed: {outcome.cause}",
                 f"{outcome.next_step}; the intervals include what parts of the motion change",
@@ -388,11 +373,8 @@ def describe_model(
         ]
     if outcome is None:
         return [
-            Finding(
-                "base_inadequate",
-                adequacy.reason,
-                f"have it diagnosed: {PAGE}",
-                blocks=False,
+            trust.Finding(
+                "base_inadequate", adequacy.reason, f"have it diagnosed: {PAGE}", blocks=False
             )
         ]
     said = extended or not outcome.verdict.complete
@@ -402,7 +384,7 @@ def describe_model(
     return [*(_verdict(outcome) if said else []), *chosen, *of_answer]
 
 
-def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
+def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[trust.Finding]:
     """Whether several axes act on this one by the same effect. Deviations are those of the model
     that was chosen, and many sums and senses of joints were tried."""
     terms = [cause.term for cause in (*diagnosed.causes, *diagnosed.minor)]
@@ -411,7 +393,7 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
     if not several:
         return []
     return [
-        Finding(
+        trust.Finding(
             "several_axes",
             f"several axes act on this one by {listed(map(spoken, several))}: which of them do was "
             "chosen among many, and the deviations do not know of that",
@@ -422,27 +404,27 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[Finding]:
     ]
 
 
-def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[Finding]:
+def of_effort(signals: Signals, part: EstimationPart, *, extended: bool) -> list[trust.Finding]:
     """Findings against the effort; what the base model explains of it is no doubt about another."""
     return [f for f in check_effort(signals, part) if not (extended and f.code == UNRELATED)]
 
 
-def describe_scales(recording: Recording, name: str, inertia: float) -> list[Finding]:
+def describe_scales(recording: Recording, name: str, inertia: float) -> list[trust.Finding]:
     """Questions about units, from the recording and from the inertia that follows."""
     unit = recording.axes[name].parameter_units[0]
-    asked = check_scale(recording, name)
+    asked = scale_checks.check_scale(recording, name)
     return [
-        Finding(question.code, question.message, question.next_step, blocks=False)
-        for question in asked + check_inertia(name, inertia, unit)
+        trust.Finding(question.code, question.message, question.next_step, blocks=False)
+        for question in asked + scale_checks.check_inertia(name, inertia, unit)
     ]
 
 
-def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
+def _verdict(diagnosed: "AxisDiagnosis") -> list[trust.Finding]:
     from edge_ident.diagnosis.wording import findings_sentence
 
     if not diagnosed.verdict.complete:
         return [
-            Finding(
+            trust.Finding(
                 diagnosed.verdict.value,
                 findings_sentence(diagnosed),
                 f"see on its page what is left, and where: {PAGE}",
@@ -455,7 +437,7 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
     if not found:
         return []
     return [
-        Finding(
+        trust.Finding(
             "extended_model",
             f"the base model lacks {found}; with it the model leaves "
             f"{diagnosed.extended.fitted:.2%} of the effort",
@@ -465,18 +447,18 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[Finding]:
     ]
 
 
-def said_once(findings: list[Finding]) -> tuple[Finding, ...]:
+def said_once(findings: list[trust.Finding]) -> tuple[trust.Finding, ...]:
     """Findings, each said once: identification and diagnosis make some of the same checks.
 
     Both may find a negative parameter or a late effort, on other samples and so with other numbers.
     The one that blocks has the numbers of the answer, and is kept.
     """
-    kept: dict[tuple[str, str], Finding] = {}
+    kept: dict[tuple[str, str], trust.Finding] = {}
     if any(finding.code == "effort_sign" for finding in findings):
         # what is negative then follows from the sign, and is no law of its own
         findings = [finding for finding in findings if not finding.code.startswith("negative_")]
     for finding in findings:
-        numbers_differ = finding.code.startswith(("negative_", "effort_", OFF))
+        numbers_differ = finding.code.startswith(("negative_", "effort_", tracking.OFF))
         same = (finding.code, "" if numbers_differ else finding.message)
         if same not in kept or finding.blocks:
             kept[same] = finding

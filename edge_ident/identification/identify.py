@@ -164,11 +164,7 @@ def _diagnosed(
 
 
 def _estimated(
-    recording: Recording,
-    name: str,
-    network: Network | None,
-    model: Model | None,
-    watch: Stopwatch,
+    recording: Recording, name: str, network: Network | None, model: Model | None, watch: Stopwatch
 ) -> tuple[AxisEstimates, Subsampled | str]:
     """What is estimated of an axis before network and diagnosis, and what the network is to read.
 
@@ -427,9 +423,7 @@ def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int
         velocity=velocity,
         temperature_c=temperature_c,
         sampling=replace(
-            sampling,
-            begin_s=rows.start * grid.period_s,
-            unknown=any_of(sampling.unknown, stride),
+            sampling, begin_s=rows.start * grid.period_s, unknown=any_of(sampling.unknown, stride)
         ),
     )
 

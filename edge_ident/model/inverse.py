@@ -22,10 +22,7 @@ _ALONE: Final[Mapping[str, Motion]] = MappingProxyType({})
 
 
 def inverse_effort(
-    axis: AxisModel,
-    motion: Motion,
-    others: Mapping[str, Motion] = _ALONE,
-    kept: Kept | None = None,
+    axis: AxisModel, motion: Motion, others: Mapping[str, Motion] = _ALONE, kept: Kept | None = None
 ) -> Array:
     """Effort (N,) or (D, N) of an axis along its motion as the encoder reads it.
 
@@ -87,9 +84,7 @@ def _true_motion(
 
 
 def _with_base_efforts(
-    motion: Motion,
-    terms: Sequence[tuple[Effect, Values, str | None]],
-    others: Mapping[str, Motion],
+    motion: Motion, terms: Sequence[tuple[Effect, Values, str | None]], others: Mapping[str, Motion]
 ) -> Motion:
     """A motion with what inertia and friction of the base term take of the effort, and loads."""
     base = terms[0][1]

@@ -209,9 +209,7 @@ _EFFORT_UNITS: Final = ("N*m", "N", "A", "V")
 def unit_of(parameter: Parameter, position_unit: str, effort_unit: str) -> str:
     """A parameter's unit on an axis with these units."""
     return parameter.unit.format(
-        position=position_unit,
-        effort=effort_unit,
-        inertia=inertia_unit(position_unit, effort_unit),
+        position=position_unit, effort=effort_unit, inertia=inertia_unit(position_unit, effort_unit)
     )
 
 

@@ -58,13 +58,7 @@ class Motion:
 
     @classmethod
     def known(
-        cls,
-        time_s: Array,
-        position: Array,
-        velocity: Array,
-        acceleration: Array,
-        *,
-        clock: int = 0,
+        cls, time_s: Array, position: Array, velocity: Array, acceleration: Array, *, clock: int = 0
     ) -> "Motion":
         """A measured motion: the axis slides wherever it moves."""
         return cls(time_s, position, velocity, acceleration, np.sign(velocity), clock=clock)

@@ -49,9 +49,7 @@ class RigidBody(Effect):
         return values["inertia"]
 
 
-RIGID_BODY: Final = RigidBody(
-    search=SearchSpec(discrepancy=0.003),
-)
+RIGID_BODY: Final = RigidBody(search=SearchSpec(discrepancy=0.003))
 
 
 # External vibration: something else shakes the machine, in time and not with the motion.

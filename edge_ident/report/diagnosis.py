@@ -12,23 +12,10 @@ from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagn
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
+from edge_ident.report import findings, numbers
 from edge_ident.report.chart import Chart, of_axes
 from edge_ident.report.error_budget import budget_parts
-from edge_ident.report.findings import (
-    blocking_lines,
-    blocking_steps,
-    distinct,
-    finding_lines,
-    look_at,
-    remarks,
-)
-from edge_ident.report.numbers import parameter_grid, term_rows
-from edge_ident.report.page.diagnosis_charts import (
-    busiest,
-    effort_chart,
-    explained_variance,
-    residual_chart,
-)
+from edge_ident.report.page import diagnosis_charts
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Tone, next_lines
 from edge_ident.support.documents import finite
 from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
@@ -78,7 +65,7 @@ def diagnosis_answer(
         Evidence, alternatives, both models and what could not be tested, below.
     """
     every = (step for name in found.axes for step in _steps(name, found))
-    steps = distinct(whole_step(step, done) for step in every)
+    steps = findings.distinct(whole_step(step, done) for step in every)
     parts: list[Part] = []
     for name, axis in found.axes.items():
         off = off_reference(axis.findings)
@@ -87,10 +74,10 @@ def diagnosis_answer(
         parts.append(Line(said, f"axis {name}", TONES[axis.verdict], " "))
         parts += [] if details else budget_parts(axis.budget, "  ")
     for name, axis in found.axes.items():
-        parts += blocking_lines(name, axis.findings, "no cause is named")
+        parts += findings.blocking_lines(name, axis.findings, "no cause is named")
     parts += _validated(found)
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
-    parts += [*next_lines(steps or [_NOTHING]), parameter_grid(found.model, lines)]
+    parts += [*next_lines(steps or [_NOTHING]), numbers.parameter_grid(found.model, lines)]
     return Answer((*parts, *(diagnosis_parts(found) if details else _remarks(found))))
 
 
@@ -103,11 +90,11 @@ def _validated(found: Diagnosis) -> Iterator[Line]:
 
 def _steps(name: str, found: Diagnosis) -> Iterator[str]:
     axis = found.axes[name]
-    mends = blocking_steps(axis.findings)
+    mends = findings.blocking_steps(axis.findings)
     yield from mends
     if (off := off_reference(axis.findings)) is not None:
         yield off.next_step
-    yield look_at(name, axis.causes)
+    yield findings.look_at(name, axis.causes)
     for cause in axis.causes[:1]:
         for other in cause.inseparable[:1]:
             pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
@@ -123,7 +110,7 @@ def _remarks(found: Diagnosis) -> Iterator[Line]:
         name: tuple(f for f in axis.findings if f is not off_reference(axis.findings))
         for name, axis in found.axes.items()
     }
-    yield from remarks(others)
+    yield from findings.remarks(others)
 
 
 # All of it: evidence, alternatives, both models, and what could not be tested.
@@ -133,8 +120,8 @@ def _charts(diagnosis: Diagnosis) -> list[list[Chart]]:
     """All of the time, and beside it the part that the causes change most; axis below axis."""
     rows = []
     for name, axis in diagnosis.axes.items():
-        parts = (slice(None), busiest(axis))
-        for chart in (effort_chart, residual_chart):
+        parts = (slice(None), diagnosis_charts.busiest(axis))
+        for chart in (diagnosis_charts.effort_chart, diagnosis_charts.residual_chart):
             whole, detail = (chart("", axis, part) for part in parts)
             rows += [[*of_axes({name: [whole]})[0], replace(detail, title="detail")]]
     return rows
@@ -153,7 +140,7 @@ def axis_parts(name: str, diagnosis: Diagnosis) -> Iterator[Part]:
     axis = diagnosis.axes[name]
     yield Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
     yield from budget_parts(axis.budget, "  ")
-    yield from finding_lines(axis.findings)
+    yield from findings.finding_lines(axis.findings)
     if axis.causes:
         yield causes_grid(axis)
     for cause in axis.causes:
@@ -223,7 +210,7 @@ def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
         yield name, axis.verdict.value, *(None,) * (len(NAMES) - 2)
     for kind, causes in axis.by_kind.items():
         for cause in causes:
-            for row in term_rows(cause.term, axis.model.units):
+            for row in numbers.term_rows(cause.term, axis.model.units):
                 size = cause.share, cause.held_out_gain, cause.evidence
                 yield name, axis.verdict.value, kind, *row, *size
 
@@ -280,7 +267,7 @@ def _axis_document(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, An
             parameter: {"base": float(base[i]), "extended": float(extended[i])}
             for i, parameter in enumerate(PARAMETERS)
         },
-        "residual_whereabouts": explained_variance(name, axes),
+        "residual_whereabouts": diagnosis_charts.explained_variance(name, axes),
         "cutoff_hz": axis.cutoff_hz,
         "knee_hz": axis.knee_hz,
     }
@@ -326,10 +313,7 @@ def _fit_document(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
 
 
 def _seen_there(residual: float, friction_anew: float) -> dict[str, float]:
-    return {
-        "relative_residual": residual,
-        "relative_residual_with_friction_anew": friction_anew,
-    }
+    return {"relative_residual": residual, "relative_residual_with_friction_anew": friction_anew}
 
 
 def _validation_document(validation: Validation) -> dict[str, Any]:

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from edge_ident.estimation.trust import Finding
-from edge_ident.identification.result import (
-    AxisIdentification,
-    FrictionCurve,
-    Identification,
-    ParameterSource,
-)
+from edge_ident.identification import result
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
@@ -25,7 +20,7 @@ if TYPE_CHECKING:
     from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 
 
-def identification_document(identification: Identification) -> dict[str, Any]:
+def identification_document(identification: result.Identification) -> dict[str, Any]:
     """Schema edge-ident/identification/2."""
     return {
         "schema": "edge-ident/identification/2",
@@ -35,7 +30,7 @@ def identification_document(identification: Identification) -> dict[str, Any]:
     }
 
 
-def _axis(axis: AxisIdentification) -> dict[str, Any]:
+def _axis(axis: result.AxisIdentification) -> dict[str, Any]:
     network = None if axis.network is None else estimate_document(axis.network, axis.units)
     curve = axis.friction_curve
     return {
@@ -73,7 +68,7 @@ def _axis(axis: AxisIdentification) -> dict[str, Any]:
     }
 
 
-def friction_document(curve: FrictionCurve) -> dict[str, Any]:
+def friction_document(curve: result.FrictionCurve) -> dict[str, Any]:
     """Efforts over speed by direction, with their bands."""
     return {
         "speed": {"values": curve.speed.tolist(), "unit": curve.speed_unit},
@@ -90,7 +85,7 @@ def friction_document(curve: FrictionCurve) -> dict[str, Any]:
     }
 
 
-def _parameters(axis: AxisIdentification) -> dict[str, Any]:
+def _parameters(axis: result.AxisIdentification) -> dict[str, Any]:
     """What is known best. Friction that trades places among the terms of the model is the line; its
     numbers belong together, and are all of one kind."""
     effective = axis.line is not None and axis.known != axis.effective_known
@@ -110,7 +105,7 @@ def _with_known(entries: dict[str, Any], known: tuple[bool, ...]) -> dict[str, A
     return {name: {**entries[name], "known": known[i]} for i, name in enumerate(PARAMETERS)}
 
 
-def _effective(axis: AxisIdentification) -> dict[str, Any]:
+def _effective(axis: result.AxisIdentification) -> dict[str, Any]:
     """Friction as a line: that through the friction curve, or the parameters where it is one."""
     entries = _with_known(estimate_document(axis.effective, axis.units), axis.effective_known)
     source = "parameters" if axis.line is None else "line_through_friction_curve"
@@ -126,9 +121,9 @@ def _interval(value: float, std: float) -> list[float | None]:
     return [finite(value - NORMAL_95 * std), finite(value + NORMAL_95 * std)]
 
 
-def _base(axis: AxisIdentification) -> dict[str, Any] | None:
+def _base(axis: result.AxisIdentification) -> dict[str, Any] | None:
     """The base model's parameters, where the answer is another model's."""
-    if axis.source is not ParameterSource.EXTENDED_MODEL:
+    if axis.source is not result.ParameterSource.EXTENDED_MODEL:
         return None
     return {"parameters": estimate_document(axis.least_squares, axis.units)}
 
@@ -178,7 +173,7 @@ def estimate_document(estimate: Estimate, units: Sequence[str]) -> dict[str, Any
 
 
 def gains_document(
-    identification: Identification, designs: Mapping[str, "GainDesign"]
+    identification: result.Identification, designs: Mapping[str, "GainDesign"]
 ) -> dict[str, Any]:
     """Schema edge-ident/gains/1: designs by axis, empty where the identification is not trusted."""
     return {

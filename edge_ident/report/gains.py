@@ -385,10 +385,7 @@ def _promised(of_axis: Promised, judged: int) -> dict[str, Any]:
         "now": {"rms_rad": of_axis.now.rms_rad, "peak_rad": of_axis.now.peak_rad},
         "now_forecast": _errors(of_axis.now_forecast),
         "bias": finite(of_axis.bias),
-        "after": {
-            "rms_rad": finite(then.rms.middle_rad),
-            "peak_rad": finite(then.peak.middle_rad),
-        },
+        "after": {"rms_rad": finite(then.rms.middle_rad), "peak_rad": finite(then.peak.middle_rad)},
         "interval": {"rms_rad": _ends(then.rms), "peak_rad": _ends(then.peak)},
         "limit": {
             "rms_rad": finite(of_axis.rms_limit_rad(judged)),

@@ -10,31 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
-from edge_ident.identification.result import (
-    AxisIdentification,
-    Identification,
-    ParameterSource,
-    known_sentence,
-)
+from edge_ident.identification import result
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report import diagnosis, numbers
 from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
-from edge_ident.report.error_budget import budget_parts
 from edge_ident.report.findings import (
     DESIGN_GAINS,
     blocking_lines,
     finding_lines,
     identification_steps,
     remarks,
-)
-from edge_ident.report.numbers import (
-    TERM_ROW,
-    digits,
-    effective_rows,
-    effort_word,
-    estimate_rows,
-    parameter_grid,
-    term_rows,
-    unit_text,
 )
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, next_lines
 from edge_ident.signals.metrics import quantile
@@ -48,7 +33,7 @@ from edge_ident.support.words import listed, spoken, with_deviation
 
 
 def identification_answer(
-    found: Identification,
+    found: result.Identification,
     done: Done = NOTHING_DONE,
     *,
     details: bool = False,
@@ -72,21 +57,21 @@ def identification_answer(
         *model_lines(found),
         *_budgets(found),
         *next_lines(whole_step(step, done) for step in steps),
-        parameter_grid(found.model, {name: axis.line for name, axis in found.axes.items()}),
+        numbers.parameter_grid(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
     findings = {name: axis.findings for name, axis in found.axes.items()}
     rest = identification_parts(found) if details else remarks(findings)
     return Answer((*parts, *rest))
 
 
-def _budgets(found: Identification) -> Iterator[Part]:
+def _budgets(found: result.Identification) -> Iterator[Part]:
     """Where the effort lies that the base model misses, of axes that were diagnosed."""
     for name, axis in found.axes.items():
         if axis.budget is not None:
-            yield from budget_parts(axis.budget, f"axis {name}: ")
+            yield from diagnosis.budget_parts(axis.budget, f"axis {name}: ")
 
 
-def trust_lines(found: Identification) -> Iterator[Line]:
+def trust_lines(found: result.Identification) -> Iterator[Line]:
     """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
     axes that are trusted."""
     for name, axis in found.axes.items():
@@ -94,13 +79,13 @@ def trust_lines(found: Identification) -> Iterator[Line]:
         known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
         if not axis.trusted and any(known.values()):
             unknown = [parameter for parameter, sure in known.items() if not sure]
-            sentence = known_sentence([one for one in known if known[one]], unknown)
+            sentence = result.known_sentence([one for one in known if known[one]], unknown)
             yield Line(sentence, f"axis {name}", "strong")
     if trusted := [name for name, axis in found.axes.items() if axis.trusted]:
         yield Line(f"the parameters of {listed(trusted)}", "trusted", "good")
 
 
-def model_lines(found: Identification) -> Iterator[Line]:
+def model_lines(found: result.Identification) -> Iterator[Line]:
     """What the model misses, a line for each axis; where it is enough, one line for all."""
     enough: dict[str, list[str]] = {}
     for name, axis in found.axes.items():
@@ -115,12 +100,12 @@ def model_lines(found: Identification) -> Iterator[Line]:
         yield Line(f"{said} {where}", "model", "strong")
 
 
-def _enough(axis: AxisIdentification) -> str:
+def _enough(axis: result.AxisIdentification) -> str:
     model = ["rigid body", "friction", *map(spoken, axis.compensated_effects)]
     return f"{listed(model)} are enough"
 
 
-def model_sentence(axis: AxisIdentification) -> str:
+def model_sentence(axis: result.AxisIdentification) -> str:
     """What the model of an axis misses; the axis is named before."""
     if axis.diagnosis is not None:
         return diagnosed_sentence(axis.diagnosis)
@@ -132,7 +117,7 @@ def model_sentence(axis: AxisIdentification) -> str:
 # All of it: every estimate, why this one is used, and the findings.
 
 
-def identification_view(found: Identification) -> ResultView:
+def identification_view(found: result.Identification) -> ResultView:
     """What is shown of an identification."""
     return ResultView(
         partial(identification_table, found),
@@ -142,7 +127,7 @@ def identification_view(found: Identification) -> ResultView:
 
 
 def identification_parts(
-    identification: Identification, diagnosis_ms: float | None = None
+    identification: result.Identification, diagnosis_ms: float | None = None
 ) -> Iterator[Part]:
     """One table per axis, whether it is trusted, and the warnings with their next steps.
 
@@ -161,7 +146,7 @@ def identification_parts(
     yield Line(said)
 
 
-def _axis(name: str, axis: AxisIdentification) -> Iterator[Part]:
+def _axis(name: str, axis: result.AxisIdentification) -> Iterator[Part]:
     yield _estimates(name, axis)
     blocking = ", ".join(finding.code for finding in axis.findings if finding.blocks)
     verdict = "trusted" if axis.trusted else f"not trusted: {blocking}"
@@ -183,20 +168,20 @@ def _axis(name: str, axis: AxisIdentification) -> Iterator[Part]:
     yield from finding_lines(axis.findings)
 
 
-def _estimates(name: str, axis: AxisIdentification) -> Grid:
+def _estimates(name: str, axis: result.AxisIdentification) -> Grid:
     """One column for each estimate, the one that is used first."""
-    columns: dict[ParameterSource, Estimate | None] = {
+    columns: dict[result.ParameterSource, Estimate | None] = {
         axis.source: axis.estimate,
-        ParameterSource.LEAST_SQUARES: axis.least_squares,
-        ParameterSource.NETWORK: axis.network,
+        result.ParameterSource.LEAST_SQUARES: axis.least_squares,
+        result.ParameterSource.NETWORK: axis.network,
     }
     columns[axis.source] = axis.estimate
     used = f"{axis.source.spoken} (used)"
     headings = [used, *(source.spoken for source in columns if source is not axis.source)]
-    rows = estimate_rows(list(columns.values()), axis.units, with_deviation)
+    rows = numbers.estimate_rows(list(columns.values()), axis.units, with_deviation)
     if axis.line is not None:
         others = [None] * (len(columns) - 1)
-        rows += effective_rows([axis.line, *others], axis.units, with_deviation)
+        rows += numbers.effective_rows([axis.line, *others], axis.units, with_deviation)
     return Grid(f"axis {name}", ("parameter", *headings, "unit"), rows)
 
 
@@ -205,18 +190,20 @@ def _estimates(name: str, axis: AxisIdentification) -> Grid:
 _GAP: Final = 1.5  # sampling periods from which a line is broken: the axis stood still there
 
 
-def _charts(found: Identification) -> list[list[Chart]]:
+def _charts(found: result.Identification) -> list[list[Chart]]:
     return of_axes({name: identified_charts("", axis) for name, axis in found.axes.items()})
 
 
-def identified_charts(key: str, axis: AxisIdentification) -> list[Chart]:
+def identified_charts(key: str, axis: result.AxisIdentification) -> list[Chart]:
     """Measured effort with the identified model, and the difference."""
-    trace, unit = axis.trace, axis.units[3]
-    word, gaps = effort_word(unit), np.append(False, _gaps(trace.time_s))
+    trace, unit = axis.trace, numbers.unit_text(axis.units[3])
+    word, gaps = numbers.effort_word(axis.units[3]), np.append(False, _gaps(trace.time_s))
     measured = np.where(gaps, np.nan, trace.measured)
     residual = measured - trace.modelled
     height = reach(residual)
-    missed = f"The model misses {digits(100 * axis.metric.relative_residual, 2)} % of it (rms)."
+    missed = (
+        f"The model misses {numbers.digits(100 * axis.metric.relative_residual, 2)} % of it (rms)."
+    )
     scale = across(trace.time_s)
     effort = (
         Layer("line", "measured", trace.time_s, measured, "measured"),
@@ -231,13 +218,13 @@ def identified_charts(key: str, axis: AxisIdentification) -> list[Chart]:
     return [
         Chart(
             f"{key}-effort", f"Measured {word} and what the model says",
-            f"The measured {word} goes from {digits(float(np.min(trace.measured)), 3)} to "
-            f"{digits(float(np.max(trace.measured)), 3)} {unit_text(unit)}. {missed}",
-            ("time", "s"), (word, unit_text(unit)), scale, around(trace.measured), effort,
+            f"The measured {word} goes from {numbers.digits(float(np.min(trace.measured)), 3)} to "
+            f"{numbers.digits(float(np.max(trace.measured)), 3)} {unit}. {missed}",
+            ("time", "s"), (word, unit), scale, around(trace.measured), effort,
         ),
         Chart(
             f"{key}-residual", "What the model misses", missed,
-            ("time", "s"), ("error of the model", unit_text(unit)), scale, Scale(-height, height),
+            ("time", "s"), ("error of the model", unit), scale, Scale(-height, height),
             (Layer("line", "extended thin", trace.time_s, residual, "identified model"),),
             height=170,
         ),
@@ -252,14 +239,16 @@ def _gaps(time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
 # A row for each parameter of each axis, as a data frame takes them.
 
 
-def identification_table(found: Identification) -> Table:
+def identification_table(found: result.Identification) -> Table:
     """A row for each parameter of each axis: those of the base model, then those of each effect."""
 
     def rows() -> Iterator[tuple[Cell, ...]]:
         for name, axis in found.axes.items():
             for index, term in enumerate(axis.model.terms):
                 known = axis.known if index == 0 else (None,) * len(term.values)
-                for row, certain in zip(term_rows(term, axis.model.units), known, strict=False):
+                for row, certain in zip(
+                    numbers.term_rows(term, axis.model.units), known, strict=False
+                ):
                     yield name, *row, certain, axis.trusted
 
-    return table_of(("axis", *TERM_ROW, "known", "trusted"), rows())
+    return table_of(("axis", *numbers.TERM_ROW, "known", "trusted"), rows())

@@ -10,7 +10,6 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
-from edge_ident.commissioning import Fault
 from edge_ident.commissioning.described_drive import DescribedDrive
 from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, Spread, spread
 from edge_ident.commissioning.register_access import code_name
@@ -18,6 +17,7 @@ from edge_ident.drive.description import drive_text
 from edge_ident.report.view import Answer, Grid, Line
 from edge_ident.support.documents import atomic_write
 from firmware_interface.board_types import MAP_CRCS
+from firmware_interface.plant.hiding import Fault
 from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 

@@ -98,9 +98,7 @@ def with_interval(value: float, std: float | None) -> str:
 
 
 def estimate_rows(
-    estimates: Sequence[Estimate | None],
-    units: Sequence[str],
-    shown: Callable[[float, float], str],
+    estimates: Sequence[Estimate | None], units: Sequence[str], shown: Callable[[float, float], str]
 ) -> list[Row]:
     """A row for each parameter: its name, each estimate, and the unit; – where one has none."""
     return [
@@ -117,9 +115,7 @@ def estimate_rows(
 
 
 def effective_rows(
-    lines: Sequence[Estimate | None],
-    units: Sequence[str],
-    shown: Callable[[float, float], str],
+    lines: Sequence[Estimate | None], units: Sequence[str], shown: Callable[[float, float], str]
 ) -> list[Row]:
     """The same of friction as the line through the friction curve."""
     return [(f"effective {name}", *rest) for name, *rest in estimate_rows(lines, units, shown)[1:]]

@@ -9,15 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.files.table import Column
 from edge_ident.files.units import Unit, stated_unit
-from edge_ident.signals.contract_columns import (
-    EFFORTS,
-    QUANTITIES,
-    TIME,
-    TIME_UNITS,
-    UNITS,
-    likely_unit,
-    only_plausible,
-)
+from edge_ident.signals import contract_columns
 from edge_ident.signals.read_columns import (
     COORDINATES,
     EFFORT_LETTERS,
@@ -37,7 +29,10 @@ from edge_ident.signals.read_columns import (
 
 # Proposals for columns of axes that nobody named: from what headings and units say together.
 
-_EFFORT_OF: Final = {UNITS[QUANTITIES[quantity][0]]: quantity for quantity in EFFORTS}
+_EFFORT_OF: Final = {
+    contract_columns.UNITS[contract_columns.QUANTITIES[quantity][0]]: quantity
+    for quantity in contract_columns.EFFORTS
+}
 _GUESSED: Final = {"torque": "Nm", "force": "N", "current": "A", "voltage": "V", "effort": "Nm"}
 # Travel of an axis without a unit, from which mm is the likelier reading than m.
 _LONG_M: Final = 1.0
@@ -389,21 +384,23 @@ def propose_time(
 def _in_its_unit(read: ReadColumn, period_s: float | None) -> tuple[Proposal, list[str]]:
     """The unit of a time, and the question where no one states it."""
     if read.unit is not None:
-        return Proposal(TIME, f"a time in {read.column.unit}"), []
+        return Proposal(contract_columns.TIME, f"a time in {read.column.unit}"), []
     if read.unknown is not None:
-        proposal, question = without_unit(read, TIME, "a time")
+        proposal, question = without_unit(read, contract_columns.TIME, "a time")
         return proposal, [question]
     step = float(np.median(np.diff(read.column.values)))
-    for text, factor in TIME_UNITS.items() if period_s else ():
+    for text, factor in contract_columns.TIME_UNITS.items() if period_s else ():
         if np.isclose(step * factor, period_s or 0.0, rtol=1e-3):
             reason = f"a time, in {text} because the header states a period of {period_s:g} s"
-            return Proposal(TIME, reason, text), []
-    text = likely_unit(read.column.values)
-    if only_plausible(step, text):
+            return Proposal(contract_columns.TIME, reason, text), []
+    text = contract_columns.likely_unit(read.column.values)
+    if contract_columns.only_plausible(step, text):
         other = "ms" if text == "s" else "s"
         reason = f"a time, in {text}: in {other}, no drive is sampled every {step:g} {other}"
-        return Proposal(TIME, reason, text), []
-    return Proposal(TIME, "a time", text), [f"{read.heading} states no unit: {text}?"]
+        return Proposal(contract_columns.TIME, reason, text), []
+    return Proposal(contract_columns.TIME, "a time", text), [
+        f"{read.heading} states no unit: {text}?"
+    ]
 
 
 def _is_clock(column: Column) -> bool:

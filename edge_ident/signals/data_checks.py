@@ -11,17 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import condition, position_noise
-from edge_ident.signals.contract_columns import (
-    EFFORTS,
-    QUANTITIES,
-    TIME,
-    TIME_WORDS,
-    UNITS,
-    likely_unit,
-)
-from edge_ident.signals.effort_encoding import check_magnitude
-from edge_ident.signals.metrics import quantile
+from edge_ident.signals import conditioning, contract_columns, effort_encoding, metrics
 from edge_ident.signals.recording import Array, AxisRecord, PassiveAxis, Recording
 from edge_ident.support.documents import LARGEST, SMALLEST
 from edge_ident.support.given import check_type
@@ -54,7 +44,7 @@ def check_table(
     columns: Mapping[str, Array],
     first_row: int,
     held: str | None = None,
-    time_column: tuple[str, float] | None = (TIME, 1.0),
+    time_column: tuple[str, float] | None = (contract_columns.TIME, 1.0),
 ) -> None:
     """Check what holds for any column: time there and increasing, all finite, long enough.
 
@@ -85,7 +75,7 @@ def check_table(
     for name, values in columns.items():
         check_finite(source, f"column {name}", values, first_row)
     check_increasing(source, "column time_s", time_s, first_row)
-    period_s = quantile(np.diff(time_s), 0.5)
+    period_s = metrics.quantile(np.diff(time_s), 0.5)
     if not SMALLEST < period_s < _SLOWEST_S:
         paced = "slow" if period_s > SMALLEST else "fast"
         raise DataError(
@@ -102,11 +92,11 @@ def _time_instead(time_s: Array, time_column: tuple[str, float] | None) -> str:
     from shlex import join
 
     heading, factor = time_column
-    unit = likely_unit(time_s / factor)
+    unit = contract_columns.likely_unit(time_s / factor)
     said = join(["--unit", f"{heading}={unit}"])
     return (
-        f"give the time in seconds; if it is in {TIME_WORDS[unit]}, say so: {said}; if it counts "
-        "samples, give --period"
+        f"give the time in seconds; if it is in {contract_columns.TIME_WORDS[unit]}, say so: "
+        f"{said}; if it counts samples, give --period"
     )
 
 
@@ -159,7 +149,9 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
         _check_spike(effort_where, axis.effort, axis.effort_unit, first_row)
         _check_stuck(where, driver, position, first_row)
         _check_jump(where, steps, np.diff(recording.time_s), first_row)
-        check_magnitude(f"{recording.source}, axis {name}", recording.time_s, position, axis.effort)
+        effort_encoding.check_magnitude(
+            f"{recording.source}, axis {name}", recording.time_s, position, axis.effort
+        )
 
 
 def check_usable(recording: Recording) -> None:
@@ -212,7 +204,7 @@ def _left_by_base(time_s: Array, position: Array, effort: Array) -> float:
     """Relative residual of the base model, with an offset in any case."""
     if np.ptp(position) == 0.0:
         return 1.0
-    signals = condition(time_s, position, effort)
+    signals = conditioning.condition(time_s, position, effort)
     length = np.maximum(np.linalg.norm(signals.regressor, axis=0), _TINY)
     unit = signals.regressor / length
     left = signals.effort - unit @ np.linalg.lstsq(unit, signals.effort, rcond=None)[0]
@@ -236,7 +228,7 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     alone = (here > _SPIKE_WIDTH * toward.max(0)) & (toward.min(0) > _SPIKE_LEAN * here)
     alone &= here > swing
     beside = np.convolve(alone, np.ones(3)) > 0.0
-    usual = quantile(size[~beside] if np.mean(alone) < _MOST_SPIKES else size, 0.999)
+    usual = metrics.quantile(size[~beside] if np.mean(alone) < _MOST_SPIKES else size, 0.999)
     spikes = 1 + np.flatnonzero(alone & (here > _SPIKE_RATIO * usual))
     if len(spikes):
         raise DataError(
@@ -263,13 +255,13 @@ def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> 
 def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -> None:
     """One step far larger than the steps beside it and than nearly all others: lost counts. Across
     a gap of the time stamps an axis goes farther, and its mean speed counts."""
-    steps = distances / np.maximum(passed_s / quantile(passed_s, 0.5), 1.0)
+    steps = distances / np.maximum(passed_s / metrics.quantile(passed_s, 0.5), 1.0)
     around = np.maximum(np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0))
     alone = np.flatnonzero(steps > _JUMP_RATIO * around)
     if not len(alone):
         return
     moving = steps[steps > 0]
-    usual = max(quantile(moving, 0.99), float(np.min(moving)))
+    usual = max(metrics.quantile(moving, 0.99), float(np.min(moving)))
     jumps = alone[steps[alone] > _JUMP_RATIO * usual]
     if len(jumps):
         row = first_row + jumps[0] + 1
@@ -287,8 +279,11 @@ def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -
 
 MINIMUM_SAMPLES: Final = 200
 """Twice the points that every signal is subsampled to."""
-_POSITION_UNITS: Final = QUANTITIES["position"]
-_EFFORT_UNITS: Final = tuple(UNITS[QUANTITIES[quantity][0]] for quantity in EFFORTS)
+_POSITION_UNITS: Final = contract_columns.QUANTITIES["position"]
+_EFFORT_UNITS: Final = tuple(
+    contract_columns.UNITS[contract_columns.QUANTITIES[quantity][0]]
+    for quantity in contract_columns.EFFORTS
+)
 
 
 def check_arrays(recording: Recording) -> None:
@@ -484,4 +479,4 @@ def moves(position: NDArray[np.float64]) -> bool:
 
 def only_noise(position: NDArray[np.float64]) -> bool:
     """Whether a position (N,) goes no farther than its noise."""
-    return bool(np.ptp(position) < MINIMUM_NOISES * position_noise(position))
+    return bool(np.ptp(position) < MINIMUM_NOISES * conditioning.position_noise(position))

@@ -25,11 +25,7 @@ _SLOW: Final = 0.125
 
 
 def differentiate(
-    position: Array,
-    cutoff_hz: float,
-    period_s: float,
-    *,
-    orders: Sequence[int] = (0, 1, 2),
+    position: Array, cutoff_hz: float, period_s: float, *, orders: Sequence[int] = (0, 1, 2)
 ) -> tuple[Array, ...]:
     """Zero-phase filtered position, velocity and acceleration, correct up to the ends.
 

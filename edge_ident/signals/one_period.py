@@ -15,16 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.conditioning import (
-    FEWEST_CUTOFF_PERIODS,
-    SAMPLED_PER_PERIOD,
-    SAMPLES_PER_CUTOFF_PERIOD,
-    bridge,
-    resolving_cutoff_hz,
-    standing,
-)
+from edge_ident.signals import conditioning, metrics
 from edge_ident.signals.filters import Array, magnitude
-from edge_ident.signals.metrics import POINTS, dct2, idct2, subsample
 
 Complex = NDArray[np.complex128]
 
@@ -101,8 +93,8 @@ class KnownMotion:
     def of(cls, regressor: Array) -> "KnownMotion":
         """Known motion from the subsampled regressor (100, 4) of a period."""
         coefficients = np.zeros(BLOCKS)
-        coefficients[: len(regressor)] = dct2(regressor[:, 1])
-        velocity = idct2(coefficients) * np.sqrt(BLOCKS / len(regressor))
+        coefficients[: len(regressor)] = metrics.dct2(regressor[:, 1])
+        velocity = metrics.idct2(coefficients) * np.sqrt(BLOCKS / len(regressor))
         return cls(
             float(np.sqrt(np.mean(regressor[:, 0] ** 2))),
             np.fft.rfft(velocity)[1 : ALIGNED_HARMONICS + 1],
@@ -129,10 +121,11 @@ class Period:
 def choose_cutoff(noise: float, motion: KnownMotion, sampling_s: float, period_s: float) -> float:
     """The cut-off of `edge_ident.signals.conditioning`, for the acceleration of a known motion."""
     ceiling_hz = min(
-        1.0 / (SAMPLED_PER_PERIOD * sampling_s), BLOCKS / period_s / SAMPLES_PER_CUTOFF_PERIOD
+        1.0 / (conditioning.SAMPLED_PER_PERIOD * sampling_s),
+        BLOCKS / period_s / conditioning.SAMPLES_PER_CUTOFF_PERIOD,
     )
-    cutoff_hz = resolving_cutoff_hz(motion.acceleration_rms, noise, sampling_s)
-    return float(max(FEWEST_CUTOFF_PERIODS / period_s, min(ceiling_hz, cutoff_hz)))
+    cutoff_hz = conditioning.resolving_cutoff_hz(motion.acceleration_rms, noise, sampling_s)
+    return float(max(conditioning.FEWEST_CUTOFF_PERIODS / period_s, min(ceiling_hz, cutoff_hz)))
 
 
 def condition_period(
@@ -171,11 +164,11 @@ def condition_period(
     late = turn * np.exp(-rate * effort_shift_s)
     effort = np.fft.irfft(np.fft.rfft(effort_unit * blocks.effort) * gain * late, BLOCKS)
     raw = np.roll(blocks.position, int(np.floor(shift + 0.5)))
-    moving = ~standing(raw, blocks.noise, cutoff_hz, block_s)
-    columns = bridge(np.stack([acceleration, velocity, direction, effort]), moving)
-    seen = subsample(columns.T)
+    moving = ~conditioning.standing(raw, blocks.noise, cutoff_hz, block_s)
+    columns = conditioning.bridge(np.stack([acceleration, velocity, direction, effort]), moving)
+    seen = metrics.subsample(columns.T)
     return Period(
-        np.column_stack([seen[:, :3], np.ones(POINTS)]), seen[:, 3], float(np.mean(moving))
+        np.column_stack([seen[:, :3], np.ones(metrics.POINTS)]), seen[:, 3], float(np.mean(moving))
     )
 
 

@@ -18,35 +18,8 @@ import numpy as np
 from edge_ident.errors import DataError
 from edge_ident.files.reading import is_frame, read_table
 from edge_ident.files.table import Table
+from edge_ident.signals import contract_columns, data_checks, effort_encoding, made_columns
 from edge_ident.signals.column_mapping import ColumnMapping, ColumnUse, map_columns
-from edge_ident.signals.contract_columns import (
-    TIME,
-    columns_of,
-    only_axes,
-    parse_name,
-    recording_of,
-    undriven,
-)
-from edge_ident.signals.data_checks import (
-    check_form,
-    check_motions,
-    check_table,
-    resting_as_passive,
-)
-from edge_ident.signals.effort_encoding import (
-    OPPOSITE,
-    decode,
-    encoding_sentence,
-    find_encoding,
-    is_effort,
-)
-from edge_ident.signals.made_columns import (
-    OneClock,
-    on_one_clock,
-    unwrapped,
-    with_integrated_speed,
-    with_own_clocks,
-)
 from edge_ident.signals.read_columns import ReadOptions, open_values
 from edge_ident.signals.recording import Array, Recording
 from edge_ident.support.documents import atomic_write
@@ -136,7 +109,11 @@ class Inspection:
         if self.period_s is not None:
             said.append(f"sampling period {self.period_s:g} s ({self.period_reason})")
         said += self.done
-        said += [] if self._axes else undriven(use.target or "" for use in self.columns)
+        said += (
+            []
+            if self._axes
+            else contract_columns.undriven(use.target or "" for use in self.columns)
+        )
         unused = [use.heading for use in self.columns if use.target is None]
         if said and (unused or self.left_out):
             said.append(f"not used: {', '.join((*unused, *self.left_out))}")
@@ -169,12 +146,18 @@ class Inspection:
                 f"accept or correct the proposal: {_shell(self.options)}",
             )
         held = ", ".join(use.heading for use in self.columns)
-        columns = only_axes(self.source, self._columns, self._axes)
-        times = [(use.heading, use.unit.factor) for use in self.columns if use.target == TIME]
-        check_table(self.source, columns, self._first_row, held, next(iter(times), None))
-        recording = recording_of(self.source, columns, self._effort_shift_s, held)
-        recording = recording if self._axes else resting_as_passive(recording)
-        check_motions(recording, self._first_row)
+        columns = contract_columns.only_axes(self.source, self._columns, self._axes)
+        times = [
+            (use.heading, use.unit.factor)
+            for use in self.columns
+            if use.target == contract_columns.TIME
+        ]
+        data_checks.check_table(
+            self.source, columns, self._first_row, held, next(iter(times), None)
+        )
+        recording = contract_columns.recording_of(self.source, columns, self._effort_shift_s, held)
+        recording = recording if self._axes else data_checks.resting_as_passive(recording)
+        data_checks.check_motions(recording, self._first_row)
         return recording
 
 
@@ -211,12 +194,12 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         raise DataError(f"{type_of(source)} is no recording", "give a path or a data frame")
     with speaking_python(is_frame(source)):
         table = read_table(source, options.delimiter, options.decimal, options.topic)
-        table = with_own_clocks(table)
+        table = made_columns.with_own_clocks(table)
         mapping = map_columns(table, options)
     rows = len(table.columns[0].values) if table.columns else 0
     asked = _encodings(table, mapping) if options.effort_encoding is None else {}
     questions = (*mapping.questions, *asked.values())
-    made = OneClock({}, (), table.first_row)
+    made = made_columns.OneClock({}, (), table.first_row)
     if not questions:
         made = _converted(table, mapping, rows, options)
     return Inspection(
@@ -239,9 +222,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
 
 
 def load_recording(
-    source: Source,
-    rename: Mapping[str, str] | None = None,
-    options: ReadOptions | None = None,
+    source: Source, rename: Mapping[str, str] | None = None, options: ReadOptions | None = None
 ) -> Recording:
     """Read and check a recording.
 
@@ -303,9 +284,9 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     >>> edge_ident.save_recording(edge_ident.simulate(), "drive.npz")
     """
     check_type(recording, Recording, "give what load_recording or simulate returned")
-    check_form(recording)
+    data_checks.check_form(recording)
     path = path_of(path, "the file to write, .npz or .csv")
-    columns = columns_of(recording)
+    columns = contract_columns.columns_of(recording)
     with atomic_write(path, lasting=False) as partial:  # a watchdog does not wait for a disk
         if path.suffix == ".npz":
             shift = {_SHIFT: np.array(recording.effort_shift_s)}
@@ -322,15 +303,19 @@ def _encodings(table: Table, mapping: ColumnMapping) -> dict[str, str]:
     """By the encoding of an effort that lacks its sign, the question about it."""
     asked: dict[str, str] = {}
     for column, use in zip(table.columns, mapping.uses, strict=True):
-        if is_effort(use.target):
+        if effort_encoding.is_effort(use.target):
             known = column.values[~np.isnan(column.values)] if column.sparse else column.values
-            encoding = find_encoding(known)
+            encoding = effort_encoding.find_encoding(known)
             if encoding is not None:
-                asked.setdefault(encoding, encoding_sentence(use.heading, known, encoding))
+                asked.setdefault(
+                    encoding, effort_encoding.encoding_sentence(use.heading, known, encoding)
+                )
     return asked
 
 
-def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOptions) -> OneClock:
+def _converted(
+    table: Table, mapping: ColumnMapping, rows: int, options: ReadOptions
+) -> made_columns.OneClock:
     """Columns by their names in the contract, on one clock; the table's own arrays, which may be
     large."""
     columns: dict[str, Array] = {}
@@ -339,11 +324,11 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOpt
     for column, use in zip(table.columns, mapping.uses, strict=True):
         if use.target is not None:
             values = column.values if column.values.flags.writeable else column.values.copy()
-            if options.effort_encoding is not None and is_effort(use.target):
-                given, values = values, decode(values, options.effort_encoding)
+            if options.effort_encoding is not None and effort_encoding.is_effort(use.target):
+                given, values = values, effort_encoding.decode(values, options.effort_encoding)
                 negative = int(np.count_nonzero(values < 0.0))
                 said = f"{use.heading}: {negative} of {rows} values are negative, by their encoding"
-                if options.effort_encoding == OPPOSITE:
+                if options.effort_encoding == effort_encoding.OPPOSITE:
                     said = f"{use.heading}: multiplied by -1"
                 signed += [said] if values is not given else []
             if (use.unit.factor, use.unit.offset) != (1.0, 0.0):
@@ -352,10 +337,10 @@ def _converted(table: Table, mapping: ColumnMapping, rows: int, options: ReadOpt
             columns[use.target] = values
             sparse += [use.target] if column.sparse else []
     if mapping.period_s is not None:
-        columns[TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
+        columns[contract_columns.TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
     signed += _went_on(columns)
-    made = on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
-    whole, integrated = with_integrated_speed(made.columns)
+    made = made_columns.on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
+    whole, integrated = made_columns.with_integrated_speed(made.columns)
     return replace(made, columns=whole, said=(*signed, *made.said, *integrated))
 
 
@@ -363,10 +348,10 @@ def _went_on(columns: dict[str, Array]) -> list[str]:
     """Put positions together that start again after a turn, and say so."""
     said = []
     for name, values in columns.items():
-        _, quantity, unit = parse_name(name) or ("", "", "")
+        _, quantity, unit = contract_columns.parse_name(name) or ("", "", "")
         if quantity in ("position", "reference"):
             known = ~np.isnan(values)
-            whole, turn, times = unwrapped(values[known], unit)
+            whole, turn, times = made_columns.unwrapped(values[known], unit)
             if times:
                 columns[name] = values.copy()
                 columns[name][known] = whole

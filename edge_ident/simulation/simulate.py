@@ -16,16 +16,7 @@ from edge_ident.model.model import BASE, Array, AxisModel, Estimate, Model, Term
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals.data_checks import check_arrays
 from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation.loop import (
-    Plant,
-    References,
-    Sampling,
-    Simulation,
-    closed_loop,
-    designed_references,
-    named_references,
-    recorded_references,
-)
+from edge_ident.simulation import loop
 from edge_ident.simulation.machine import Machine
 from edge_ident.support.given import number
 from firmware_interface.gains import AxisGains
@@ -103,11 +94,11 @@ def simulate(
     units = {name: axis.position_unit for name, axis in followed.axes.items()}
     if isinstance(motion, Recording):
         check_arrays(motion)
-        references = recorded_references(motion, units)
+        references = loop.recorded_references(motion, units)
     elif isinstance(motion, Trajectory):
-        references = designed_references(units, motion)
+        references = loop.designed_references(units, motion)
     else:
-        references = named_references(units, motion, cycles)
+        references = loop.named_references(units, motion, cycles)
     scenario = Scenario(references, encoder_counts, effort_resolution, noise, stiff, seed)
     return record(followed, scenario, "simulation", flexible=model is None, on_progress=on_progress)
 
@@ -142,7 +133,7 @@ class Scenario:
     seed : int
     """
 
-    references: References
+    references: loop.References
     encoder_counts: float | None = None
     effort_resolution: float | None = None
     noise: float = 0.0
@@ -206,7 +197,7 @@ def simulate_drives(
     *,
     flexible: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Simulation:
+) -> loop.Simulation:
     """D drives of one structure at once, in closed loop.
 
     Parameters
@@ -223,17 +214,19 @@ def simulate_drives(
     """
     encoder = [_resolution(axis.position_unit, scenario.encoder_counts) for axis in axes.values()]
     effort = [_effort_count(axis, scenario.effort_resolution) for axis in axes.values()]
-    return closed_loop(
+    return loop.closed_loop(
         _plant(axes, scenario.references, flexible),
         scenario.references,
         _gains(axes, scenario),
-        Sampling(np.array(encoder), np.array(effort), scenario.noise),
+        loop.Sampling(np.array(encoder), np.array(effort), scenario.noise),
         seed=scenario.seed,
         on_progress=on_progress,
     )
 
 
-def _plant(axes: Mapping[str, AxisModel], references: References, flexible: bool) -> Plant:
+def _plant(
+    axes: Mapping[str, AxisModel], references: loop.References, flexible: bool
+) -> loop.Plant:
     period_s = references.period_s
     if flexible:
         return FlexibleMachine(period_s)
@@ -243,7 +236,7 @@ def _plant(axes: Mapping[str, AxisModel], references: References, flexible: bool
     return Machine(axes, start, top_speed, period_s, DELAY_SHARE * period_s)
 
 
-def _check_followed(model: Model, references: References, simulation: Simulation) -> None:
+def _check_followed(model: Model, references: loop.References, simulation: loop.Simulation) -> None:
     miss = np.max(np.abs(simulation.true_position[:, 0] - references.recorded), axis=-1)
     for name, farthest, travel in zip(
         model.axes, miss, np.ptp(references.recorded, axis=-1), strict=True

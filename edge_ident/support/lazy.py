@@ -41,6 +41,35 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]"
     return attribute
 
 
+def lazy_modules(package: str, *further: str) -> "Callable[[str], Any]":
+    """Make the `__getattr__` of a package whose modules load when they are first named.
+
+    Parameters
+    ----------
+    package : str
+        Name of the package.
+    *further : str
+        Modules of other packages that it offers, too.
+
+    Returns
+    -------
+    callable
+        Raises AttributeError for a name that is no module.
+    """
+    places = {module.rpartition(".")[2]: module for module in further}
+
+    def attribute(name: str) -> "Any":
+        module = places.get(name, f"{package}.{name}")
+        try:
+            return import_module(module)
+        except ModuleNotFoundError as error:
+            if error.name != module:  # one that this module needs
+                raise
+            raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
+
+    return attribute
+
+
 _VIEWS: "dict[str, str]" = {}
 
 

@@ -19,7 +19,7 @@ def test_a_first_move_goes_the_right_way_and_ends_without_effort(
     either_board: Board, sign: float
 ) -> None:
     before = either_board.status().position_rad
-    way = commissioning.move_by(either_board, {"x": sign * FIVE_DEGREES}, Silent()).ways["x"]
+    way = commissioning.homing.move_by(either_board, {"x": sign * FIVE_DEGREES}, Silent()).ways["x"]
     assert way.to_rad == pytest.approx(before["x"] + sign * FIVE_DEGREES, abs=0.001)
     assert abs(way.to_rad - way.reached_rad) <= SHORT_RAD * 1.2
     status = either_board.status()
@@ -29,7 +29,7 @@ def test_a_first_move_goes_the_right_way_and_ends_without_effort(
 
 def test_held_axes_stand(either_board: Board) -> None:
     before = either_board.status().position_rad
-    held = commissioning.hold(either_board, 1.0, Silent())
+    held = commissioning.homing.hold(either_board, 1.0, Silent())
     assert set(held) == {"x", "z"}
     assert max(abs(one.pushed_rad) for one in held.values()) < 0.002
     status = either_board.status()

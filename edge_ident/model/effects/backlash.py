@@ -12,17 +12,9 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model import search
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import (
-    SOUND_RESONANCE_HZ,
-    Excitation,
-    Form,
-    Largest,
-    SearchSpec,
-    Yardstick,
-    heavier_than,
-)
 
 _SEGMENTS: Final = 12  # parts of the motion that are integrated side by side
 _SHORTEST: Final = 100  # samples of such a segment
@@ -116,7 +108,7 @@ class Backlash(Effect):
         return values["load_inertia"] * (contact - carried)
 
 
-def _physical(values: Values, excitation: Excitation) -> bool:
+def _physical(values: Values, excitation: search.Excitation) -> bool:
     """A gap that the encoder resolves."""
     return bool(np.all(values["gap"] >= 0.5 * excitation.resolution))
 
@@ -126,11 +118,11 @@ def _degenerate(values: Values, inertia: float) -> str:
     beyond it."""
     wound_up = 2.0 * values["deceleration"] / np.square(values["contact_rate"])
     if np.all(values["gap"] >= wound_up):
-        return heavier_than(inertia, values)
+        return search.heavier_than(inertia, values)
     return "its gap is narrower than its contacts wind up: that would be a compliance"
 
 
-def _sound(values: Values, excitation: Excitation) -> bool:
+def _sound(values: Values, excitation: search.Excitation) -> bool:
     """No more lost motion at a reversal than on the chain of any drive.
 
     The load's friction winds up both contacts beside the gap. A spring on which it would lose as
@@ -138,11 +130,11 @@ def _sound(values: Values, excitation: Excitation) -> bool:
     """
     friction = 2.0 * values["deceleration"]
     lost = values["gap"] + friction / np.square(values["contact_rate"])
-    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    resonance = 2.0 * np.pi * search.SOUND_RESONANCE_HZ
     return bool(np.all(friction > resonance**2 * lost))
 
 
-def _grid(excitation: Excitation) -> dict[str, Array]:
+def _grid(excitation: search.Excitation) -> dict[str, Array]:
     """Gaps from what the encoder just resolves; loads with more or less friction than their share
     of the inertia; contacts from soft to stiff.
 
@@ -221,9 +213,9 @@ EFFECT: Final = Backlash(
             "gauge. Tighten or preload the part that gives."
         ),
     ),
-    search=SearchSpec(
+    search=search.SearchSpec(
         forms=(
-            Form(
+            search.Form(
                 ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")
             ),
         ),
@@ -235,8 +227,8 @@ EFFECT: Final = Backlash(
         grid=_grid,
         physical=_physical,
         largest=(
-            Largest(("gap",), 1.0, Yardstick.TRAVEL),
-            Largest(("load_inertia",), 1.0, Yardstick.INERTIA),
+            search.Largest(("gap",), 1.0, search.Yardstick.TRAVEL),
+            search.Largest(("load_inertia",), 1.0, search.Yardstick.INERTIA),
         ),
         discrepancy=0.4,
         open_ended=("deceleration", "contact_rate"),

@@ -13,17 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.model import search
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import (
-    SOUND_RESONANCE_HZ,
-    Excitation,
-    Form,
-    Largest,
-    SearchSpec,
-    Yardstick,
-    heavier_than,
-)
 
 _STOPPING_RATE: Final = 300.0  # rate (1/s) with which dry friction stops the load in a simulation
 
@@ -105,15 +97,15 @@ def _degenerate(values: Values, inertia: float) -> str:
     """A spring with so much damping that its response has no peak, or with too much behind it."""
     if not np.any(_damping(values) < 0.5**0.5):
         return "it does not ring: a filter or a soft hose lags in the same way"
-    return heavier_than(inertia, values)
+    return search.heavier_than(inertia, values)
 
 
-def _sound(values: Values, excitation: Excitation) -> bool:
+def _sound(values: Values, excitation: search.Excitation) -> bool:
     """A chain as stiff as that of any drive."""
-    return bool(np.all(values["rate"] > 2.0 * np.pi * SOUND_RESONANCE_HZ))
+    return bool(np.all(values["rate"] > 2.0 * np.pi * search.SOUND_RESONANCE_HZ))
 
 
-def _grid(excitation: Excitation) -> dict[str, Array]:
+def _grid(excitation: search.Excitation) -> dict[str, Array]:
     """Resonances that the filter passes, and those beyond, of which a trace is left."""
     highest = 3.0 * 2.0 * np.pi * excitation.cutoff_hz
     lowest = max(highest / 30.0, 2.0 * np.pi / excitation.duration_s)
@@ -168,9 +160,9 @@ EFFECT: Final = CouplingCompliance(
             "avoid the resonance until then."
         ),
     ),
-    search=SearchSpec(
+    search=search.SearchSpec(
         forms=(
-            Form(
+            search.Form(
                 ("load_inertia",),
                 ("rate", "damping_ratio", "deceleration", "damping_rate", "weight"),
             ),
@@ -184,7 +176,7 @@ EFFECT: Final = CouplingCompliance(
         ),
         experiment="a motion with content up to the resonance: --motion multisine",
         grid=_grid,
-        largest=(Largest(("load_inertia",), 1.0, Yardstick.INERTIA),),
+        largest=(search.Largest(("load_inertia",), 1.0, search.Yardstick.INERTIA),),
         discrepancy=0.4,
         open_ended=("rate", "damping_ratio", "deceleration"),
         essential=("load_inertia",),

@@ -12,12 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.effects.offset_drift import (
-    FORMS,
-    TIME_CONSTANT,
-    effective_time_s,
-    time_constants,
-)
+from edge_ident.model.effects import offset_drift
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import Array
 from edge_ident.model.search import Excitation, SearchSpec
@@ -31,7 +26,7 @@ class GainDrift(Effect):
     parameters = (
         Parameter("rate", "1/s", -10.0, 10.0, "relative growth of the effort at the start"),
         Parameter("curvature", "1/s^2", -10.0, 10.0, "half the growth of the rate", default=0.0),
-        TIME_CONSTANT,
+        offset_drift.TIME_CONSTANT,
     )
     tied_to_time = True
     changes_base = PARAMETERS
@@ -47,7 +42,7 @@ class GainDrift(Effect):
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
     """From a straight line to what is over in a twentieth of the record."""
-    return time_constants(excitation)
+    return offset_drift.time_constants(excitation)
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -62,7 +57,7 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 def _scale(time_s: Array, values: Values) -> Array:
-    since = effective_time_s(time_s, values)
+    since = offset_drift.effective_time_s(time_s, values)
     return np.maximum(1.0 + (values["rate"] + values["curvature"] * since) * since, _SMALLEST)
 
 
@@ -73,7 +68,7 @@ EFFECT: Final = GainDrift(
         action="Record once cold and once warm. Compare the current with a second instrument.",
     ),
     search=SearchSpec(
-        forms=FORMS,
+        forms=offset_drift.FORMS,
         signature="all coefficients move together",
         alternatives=("warm_up", "payload_change", "offset_drift"),
         experiment="the same motion at the beginning and at the end of a long record",

@@ -11,16 +11,9 @@ from typing import Final
 
 import numpy as np
 
+from edge_ident.model import search
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import (
-    SOUND_RESONANCE_HZ,
-    Excitation,
-    Form,
-    Largest,
-    SearchSpec,
-    Yardstick,
-)
 
 _BRISTLES: Final = 10
 _FINE: Final = np.linspace(0.0, 20.0, 20_001)
@@ -83,14 +76,14 @@ class PreslidingHysteresis(Effect):
         return np.asarray(values["level"] * (held / _BRISTLES - direction))
 
 
-def _sound(values: Values, excitation: Excitation) -> bool:
+def _sound(values: Values, excitation: search.Excitation) -> bool:
     """As stiff after a reversal, 2·level/distance, as the chain of any drive, which winds up."""
     stiffness = 2.0 * values["level"] / values["distance"]
-    resonance = 2.0 * np.pi * SOUND_RESONANCE_HZ
+    resonance = 2.0 * np.pi * search.SOUND_RESONANCE_HZ
     return bool(np.all(stiffness > resonance**2 * excitation.base[0]))
 
 
-def _grid(excitation: Excitation) -> dict[str, Array]:
+def _grid(excitation: search.Excitation) -> dict[str, Array]:
     """From what the encoder just resolves to a tenth of the travel."""
     return {"distance": np.geomspace(2.0 * excitation.resolution, 0.1 * excitation.travel, 16)}
 
@@ -113,15 +106,15 @@ EFFECT: Final = PreslidingHysteresis(
             "preload and lubrication of the guides."
         ),
     ),
-    search=SearchSpec(
-        forms=(Form(("level",), ("distance",)),),
+    search=search.SearchSpec(
+        forms=(search.Form(("level",), ("distance",)),),
         signature="depends on the distance since the reversal, not on speed or time",
         alternatives=("backlash", "stribeck_friction", "coupling_compliance"),
         experiment="small reversals of several sizes: --motion multisine",
         grid=_grid,
         largest=(
-            Largest(("level",), 1.0, Yardstick.EFFORT),
-            Largest(("distance",), 1.0, Yardstick.TRAVEL),
+            search.Largest(("level",), 1.0, search.Yardstick.EFFORT),
+            search.Largest(("distance",), 1.0, search.Yardstick.TRAVEL),
         ),
         discrepancy=0.15,
         needs_reversals=True,

@@ -24,15 +24,7 @@ from edge_ident.report.numbers import (
     unit_text,
     with_interval,
 )
-from edge_ident.report.page.diagnosis_charts import (
-    busiest,
-    cause_chart,
-    effort_chart,
-    explained_variance,
-    residual_chart,
-    residual_charts,
-    spectrum_chart,
-)
+from edge_ident.report.page import diagnosis_charts
 from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
 
@@ -212,12 +204,16 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
         bars=cause_bars(axis),
         remarks=other_remarks(axis),
         cause_charts=[
-            cause_chart(f"{key}-cause{n}", name, axes, cause) for n, cause in enumerate(shown)
+            diagnosis_charts.cause_chart(f"{key}-cause{n}", name, axes, cause)
+            for n, cause in enumerate(shown)
         ][1:],
         detail=_detail(f"{key}-detail", axis),
-        time_charts=[effort_chart(f"{key}-effort", axis), residual_chart(f"{key}-residual", axis)],
-        maps=residual_charts(f"{key}-map", name, axes),
-        spectrum=spectrum_chart(f"{key}-spectrum", axis),
+        time_charts=[
+            diagnosis_charts.effort_chart(f"{key}-effort", axis),
+            diagnosis_charts.residual_chart(f"{key}-residual", axis),
+        ],
+        maps=diagnosis_charts.residual_charts(f"{key}-map", name, axes),
+        spectrum=diagnosis_charts.spectrum_chart(f"{key}-spectrum", axis),
         parameters=_parameters(axis),
         quality=_quality(axis, validation),
         follows=_follows(name, diagnosis),
@@ -228,9 +224,9 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
 
 
 def _detail(key: str, axis: AxisDiagnosis) -> Chart | None:
-    part = busiest(axis)
+    part = diagnosis_charts.busiest(axis)
     short = 2 * (part.stop - part.start) < len(axis.traces.effort)
-    return effort_chart(key, axis, part) if short else None
+    return diagnosis_charts.effort_chart(key, axis, part) if short else None
 
 
 def _models(axis: AxisDiagnosis) -> dict[str, ModelFit]:
@@ -272,7 +268,7 @@ def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Grid:
 
 
 def _follows(name: str, diagnosis: Diagnosis) -> Grid:
-    found = explained_variance(name, diagnosis.axes)
+    found = diagnosis_charts.explained_variance(name, diagnosis.axes)
     kinds = ("base", "extended")[: len(_models(diagnosis.axes[name]))]
     rows: list[Row] = [
         (spoken(of), *(f"{100 * found[kind][of]:.0f} %" for kind in kinds)) for of in found["base"]

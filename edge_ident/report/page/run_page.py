@@ -19,27 +19,10 @@ from edge_ident.diagnosis.wording import in_words, parts_of, timing_sentence
 from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification, ParameterSource
 from edge_ident.model.model import PARAMETERS, Estimate
+from edge_ident.report import identification, numbers, run, run_documents
 from edge_ident.report.chart import Chart, Scale
 from edge_ident.report.gains import effects_said, gain_label, gain_rows, promise_grid, tried
-from edge_ident.report.identification import identified_charts
-from edge_ident.report.numbers import (
-    digits,
-    effort_word,
-    estimate_rows,
-    minus,
-    sentence,
-    to_its_std,
-    unit_text,
-    with_interval,
-)
 from edge_ident.report.page import rendering as page
-from edge_ident.report.run import (
-    motions_grid,
-    old_and_new,
-    tracking_chart,
-    tracking_grid,
-)
-from edge_ident.report.run_documents import axis_steps, peaks
 from edge_ident.report.view import Grid, Row
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.words import listed, spoken
@@ -105,7 +88,7 @@ def write_run_page(
     details = [_details(f"a{n}", name, outcome) for n, name in enumerate(axes)]
     cards = []
     for n, name in enumerate(axes):
-        chart = tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
+        chart = run.tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}"), device))
     recordings = outcome.captures(folder)
     recordings += [folder / outcome.file_after] if verified else []
@@ -113,18 +96,18 @@ def write_run_page(
     content = {
         "title": "What the run found and did",
         "notices": notices(outcome),
-        "conclusion": sentence(outcome.conclusion),
+        "conclusion": numbers.sentence(outcome.conclusion),
         "cards": cards,
         "details": details,
-        "motions": motions_grid(outcome.separation),
-        "ended": sentence(outcome.separation.ended) if outcome.separation.ended else "",
+        "motions": run.motions_grid(outcome.separation),
+        "ended": numbers.sentence(outcome.separation.ended) if outcome.separation.ended else "",
         "peaks": peaks_table(outcome.separation),
         "became": _became(outcome),
         "gains": _gains(outcome),
-        "effects": list(map(sentence, effects_said(outcome.designs))),
+        "effects": list(map(numbers.sentence, effects_said(outcome.designs))),
         "promised": promise and promise_grid(promise),
         "promise_picture": promise and promise_picture(promise),
-        "worth": tracking_grid(outcome) if verified else None,
+        "worth": run.tracking_grid(outcome) if verified else None,
         "times": _times(outcome),
         "provenance": page.Provenance.of(recordings, machine=machine),
         "origin": _origin(document),
@@ -143,10 +126,10 @@ def _besides(name: str, outcome: Outcome) -> Iterator[Row]:
     """How much of the motion was needed, and what the board identified of an axis by itself."""
     early, answer = outcome.early, outcome.board
     if early is not None:
-        yield "The motion", sentence(early.sentence)
+        yield "The motion", numbers.sentence(early.sentence)
     if answer is not None:
         said = answer.axes[name].sentence if answer.axes else answer.sentences[0]
-        yield "The board itself", sentence(said)
+        yield "The board itself", numbers.sentence(said)
 
 
 def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
@@ -155,13 +138,13 @@ def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
         key,
         name,
         [
-            f"{sentence(f.message)} Next: {f.next_step}. ({f.code})"
+            f"{numbers.sentence(f.message)} Next: {f.next_step}. ({f.code})"
             for f in axis.findings
             if not answer.settles(f)
         ],
         _parameters(axis, answer.model.estimate),
         Grid("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
-        identified_charts(key, axis),
+        identification.identified_charts(key, axis),
         _diagnosis(key, name, axis),
     )
 
@@ -185,8 +168,8 @@ def _parameters(axis: AxisIdentification, best: Estimate) -> Grid:
         columns["least squares"] = axis.least_squares
     if axis.network is not None and axis.source is not ParameterSource.NETWORK:
         columns["network"] = axis.network
-    units = list(map(unit_text, axis.units))
-    rows = estimate_rows(list(columns.values()), units, with_interval)
+    units = list(map(numbers.unit_text, axis.units))
+    rows = numbers.estimate_rows(list(columns.values()), units, numbers.with_interval)
     return Grid("Parameters, with 95 % intervals", ("", *columns, "unit"), rows)
 
 
@@ -196,8 +179,8 @@ def _conditions(axis: AxisIdentification) -> list[Row]:
         ("Answer", f"{axis.source.spoken}: {axis.reason}"),
         ("Simple model", axis.adequacy.reason),
         ("Fit, time-spectral metric", f"{metric.fit:.4f}, {metric.time_spectral:.4f}"),
-        ("Filtered at", f"{digits(axis.cutoff_hz, 3)} Hz"),
-        ("Timing", sentence(timing_sentence(axis.timing))),
+        ("Filtered at", f"{numbers.digits(axis.cutoff_hz, 3)} Hz"),
+        ("Timing", numbers.sentence(timing_sentence(axis.timing))),
         ("Network", axis.network_reason or "agrees"),
     ]
 
@@ -214,8 +197,8 @@ def _gains(outcome: Outcome) -> Grid | None:
     """Every number of every axis, old and new."""
     if not outcome.designs:
         return None
-    headings, banks = old_and_new(outcome)
-    rows: list[Row] = [(row.label, *map(minus, row.cells(5))) for row in gain_rows(banks)]
+    headings, banks = run.old_and_new(outcome)
+    rows: list[Row] = [(row.label, *map(numbers.minus, row.cells(5))) for row in gain_rows(banks)]
     margins = [
         ("bandwidth (rad/s)", "bandwidth_rad_s"),
         ("phase margin (°)", "phase_margin_deg"),
@@ -270,9 +253,12 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
         verdict=verdict,
         terms=f"{axis.source.spoken} used; {axis.reason}",
         sure=[*_model_sure(name, axis, outcome), *_tracking_sure(name, outcome)],
-        part=[escape(sentence(part)) for part in parts_of(causes)[:3]]
+        part=[escape(numbers.sentence(part)) for part in parts_of(causes)[:3]]
         or [Markup("No part stands out.")],
-        action=[escape(sentence(step)) for step in axis_steps(axis, outcome, device)],
+        action=[
+            escape(numbers.sentence(step))
+            for step in run_documents.axis_steps(axis, outcome, device)
+        ],
         chart=replace(chart, height=page.PICTURE_HEIGHT),
         written=_written(name, outcome),
         table=_changes(name, outcome),
@@ -314,7 +300,7 @@ def _fall(name: str, tracking: Tracking) -> Markup:
     def shown(field: str, value: float) -> str:
         at = ("verification", name, field)
         return str(
-            page.number(value, digits(value, 3), *at)
+            page.number(value, numbers.digits(value, 3), *at)
             if field == "ratio"
             else page.angle(value, *at)
         )
@@ -363,19 +349,19 @@ def _model_sure(name: str, axis: AxisIdentification, outcome: Outcome) -> list[M
     best = outcome.answer.axes[name].model.estimate
     inertia, std = float(best.parameters[0]), float(best.std[0])
     place = ("answer", "axes", name, "parameters", PARAMETERS[0])
-    value_text, std_text = to_its_std(inertia, std)
+    value_text, std_text = numbers.to_its_std(inertia, std)
     short = f"{outcome.answer.axes[name].sentence}."
     short = short[0].upper() + short[1:]
     return [
         Markup("<b>{}</b>").format(short),
         Markup("The model misses {} of the {}.").format(
             page.percent(axis.metric.relative_residual, *at, "metric", "relative_residual"),
-            effort_word(axis.units[3]),
+            numbers.effort_word(axis.units[3]),
         ),
         Markup("The inertia is {} ± {} {} (one standard deviation).").format(
             page.number(inertia, value_text, *place, "value"),
             page.number(std, std_text, *place, "std"),
-            unit_text(axis.units[0]),
+            numbers.unit_text(axis.units[0]),
         ),
     ]
 
@@ -412,8 +398,10 @@ def _changes(name: str, outcome: Outcome) -> Grid | None:
         old, new = asdict(outcome.gains_before[name]), asdict(design.gains)
         cells |= {
             gain_label(gain): (
-                page.number(old[gain], digits(old[gain], 3), "gains_before", name, gain),
-                page.number(new[gain], digits(new[gain], 3), "designs", name, "gains", gain),
+                page.number(old[gain], numbers.digits(old[gain], 3), "gains_before", name, gain),
+                page.number(
+                    new[gain], numbers.digits(new[gain], 3), "designs", name, "gains", gain
+                ),
             )
             for gain in _FIRST_TERMS
             if new[gain] != old[gain]
@@ -480,7 +468,7 @@ def promise_picture(promise: Promise) -> page.IntervalPicture | None:
         "promise",
         "Tracking error, rms (mrad)",
         [_line(f"axis {a}, {m}", of, promise.judged, scale) for m, a, of in promise.every],
-        (digits(scale.low, 2), digits(scale.high, 2)),
+        (numbers.digits(scale.low, 2), numbers.digits(scale.high, 2)),
         "Dot: measured with the old gains. Bar: promised for the new ones, with its 90 % interval. "
         + (_TRIED if tried(promise) else "The new gains were not tried. ")
         + "The same distance is the same factor everywhere.",
@@ -495,7 +483,7 @@ def _errors(of: Promised) -> list[float]:
 def _line(name: str, of: Promised, judged: int, scale: Scale) -> page.IntervalRow:
     values = [1e3 * value for value in _errors(of)]
     at = [f"{100.0 * float(scale.fraction(np.array(value))):.2f}%" for value in values]
-    now, low, high, *measured = (digits(value, 3) for value in values)
+    now, low, high, *measured = (numbers.digits(value, 3) for value in values)
     said = f"{name}: {now} mrad with the old gains, promised {low} to {high}"
     cross = Markup("")
     if measured:
@@ -516,6 +504,6 @@ def peaks_table(separation: Separation) -> Grid:
     rows: list[Row] = [
         (f"{made.file}, {axis}", *(f"{of[field]:.3g}" for _, field, _ in QUANTITIES))
         for made in separation.motions
-        for axis, of in peaks(made).items()
+        for axis, of in run_documents.peaks(made).items()
     ]
     return Grid("Peaks: motion as commanded, effort as recorded", headings, rows)

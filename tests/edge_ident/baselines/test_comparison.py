@@ -13,7 +13,7 @@ from edge_ident.baselines.methods import METHODS
 from edge_ident.baselines.problem import Problem
 from edge_ident.cli import app
 from edge_ident.model.model import Estimate
-from edge_ident.report import comparison_document
+from edge_ident.report.comparison import comparison_document
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
 from tests.edge_ident.baselines.drives import PERIOD_S, TRUTH, record

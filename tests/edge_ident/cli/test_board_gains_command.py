@@ -190,13 +190,13 @@ def test_gains_that_wait_to_be_confirmed_are_no_gains_to_go_by(
 def test_no_other_host_has_the_board_while_its_gains_are_looked_at(
     shared: SharedBoard, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    other, back_up = shared.board, commissioning.back_up
+    other, back_up = shared.board, commissioning.gain_transfer.back_up
 
     def held(*gains: Any) -> Path:
         assert other.held_by_another()
         return back_up(*gains)
 
-    monkeypatch.setattr(commissioning, "back_up", held)
+    monkeypatch.setattr(commissioning.gain_transfer, "back_up", held)
     file = [gains_file(tmp_path, BETTER)] if verb == "stage" else []
     code, _, errors = shared.run("gains", verb, *file)
     assert (code, len(backups(tmp_path))) == (0, 1), errors

@@ -186,7 +186,7 @@ def stopped(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> tuple[Result, l
         boards.append((device, baud_rate))
         return SimpleNamespace(state=SimpleNamespace(name="IDLE"), enabled=False)
 
-    monkeypatch.setattr(machine.commissioning, "stop_machine", stop_machine)
+    monkeypatch.setattr(machine.commissioning.safety, "stop_machine", stop_machine)
     return run("stop", *arguments), boards
 
 

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from edge_ident import diagnose, load_recording
 from edge_ident.cli import app
-from edge_ident.report import Provenance
+from edge_ident.report.page.rendering import Provenance
 from tests.processes import running
 
 HIDE = ["--hide", "stribeck_friction=0.5", "--axis", "z"]

@@ -114,11 +114,11 @@ def test_a_run_for_a_program_loads_what_it_needs_and_keeps_no_network(tmp_path: 
 import gc, sys
 from edge_ident import report
 from edge_ident.__main__ import main
-document, sessions = report.run_document, []
+document, sessions = report.run_documents.run_document, []
 def counted(*given):
     sessions.append(sum(type(one).__name__ == "InferenceSession" for one in gc.get_objects()))
     return document(*given)
-report.run_document = counted
+report.run_documents.run_document = counted
 sys.argv = ["edge-ident", "run", "--device", "virtual", "--output", {str(tmp_path)!r}, "--json"]
 stdout, sys.stdout = sys.stdout, sys.stderr
 try:

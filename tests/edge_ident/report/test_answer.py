@@ -14,14 +14,11 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import OutsideVibration
 from edge_ident.estimation.trust import Finding
 from edge_ident.identification.result import Identification
-from edge_ident.report import (
-    GainReport,
-    diagnosis_answer,
-    gain_report_view,
-    identification_answer,
-    outcome_view,
-)
+from edge_ident.report.diagnosis import diagnosis_answer
+from edge_ident.report.gains import GainReport, gain_report_view
+from edge_ident.report.identification import identification_answer
 from edge_ident.report.numbers import interval_texts
+from edge_ident.report.run import outcome_view
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
 

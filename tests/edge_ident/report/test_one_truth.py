@@ -14,9 +14,9 @@ from edge_ident.commissioning.run import Ending, Outcome
 from edge_ident.commissioning.verification import GainChange, Tracking, Verification
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Estimate, Model, base_axis
-from edge_ident.report import outcome_view
 from edge_ident.report.numbers import interval_texts, to_its_std
 from edge_ident.report.page.run_page import write_run_page
+from edge_ident.report.run import outcome_view
 from edge_ident.report.run_documents import run_document
 from tests.edge_ident.report.page import hand_made_run
 from tests.edge_ident.report.page.pages import read
