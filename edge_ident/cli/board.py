@@ -16,6 +16,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
+from edge_ident.cli.options import option, setting
 from edge_ident.cli.settings import board_setting
 from edge_ident.support.words import plain_number
 
@@ -31,54 +32,38 @@ if TYPE_CHECKING:
 
 # The command board: a virtual board to connect to.
 
-Pty = Annotated[
-    bool, typer.Option("--pty", help="Offer the board at a pseudo-terminal, like a serial port.")
-]
+Pty = Annotated[bool, option("--pty", "Offer the board at a pseudo-terminal, like a serial port.")]
 DeviceLink = Annotated[
     Path | None,
-    typer.Option(
-        "--link",
-        metavar="PATH",
-        help="Path of a link to the pseudo-terminal, so that the device name stays the same.",
+    option(
+        "--link PATH",
+        "Path of a link to the pseudo-terminal, so that the device name stays the same.",
     ),
 ]
 TcpPort = Annotated[
     int | None,
-    typer.Option(
-        "--tcp",
-        metavar="PORT",
-        min=0,
-        max=65535,
-        help="Offer the board over Modbus TCP at this port.",
-    ),
+    option("--tcp PORT", "Offer the board over Modbus TCP at this port.", min=0, max=65535),
 ]
-Address = Annotated[
-    str,
-    typer.Option("--bind", metavar="ADDRESS", help="Network address of this computer for --tcp."),
-]
+Address = Annotated[str, option("--bind ADDRESS", "Network address of this computer for --tcp.")]
 Speed = Annotated[
     str,
-    typer.Option(
-        "--speed",
-        envvar="EDGE_IDENT_SPEED",
-        metavar="FACTOR",
-        help="Speed of time in the board: a factor of real time, or max for as fast as possible. "
+    setting(
+        "--speed FACTOR",
+        "Speed of time in the board: a factor of real time, or max for as fast as possible. "
         "At other factors than 1, doctor finds that the board's clock is wrong.",
     ),
 ]
 PressStop = Annotated[
     bool,
-    typer.Option(
-        "--press-stop",
-        help="Press and release the emergency stop of the board that runs with --link.",
+    option(
+        "--press-stop", "Press and release the emergency stop of the board that runs with --link."
     ),
 ]
 Failures = Annotated[
     list[str] | None,
-    typer.Option(
-        "--fail",
-        metavar="NAME[=AXIS][@TIME]",
-        help="Make something fail, such as encoder_lost=x@3s (after the board's start) or "
+    option(
+        "--fail NAME[=AXIS][@TIME]",
+        "Make something fail, such as encoder_lost=x@3s (after the board's start) or "
         "sto@motion+1s (after that of the first motion); may be repeated. An unknown "
         "name lists all failures.",
     ),
@@ -223,10 +208,7 @@ def _parse_speed(text: str) -> float | None:
 # The command plant: the virtual drive alone, for firmware that runs elsewhere.
 
 Socket = Annotated[
-    Path | None,
-    typer.Option(
-        "--socket", metavar="PATH", help="Unix socket to serve the drive at; it is created."
-    ),
+    Path | None, option("--socket PATH", "Unix socket to serve the drive at; it is created.")
 ]
 
 
@@ -270,20 +252,16 @@ _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]
 }
 ModelName = Annotated[
     str,
-    typer.Option(
-        "--model",
-        metavar="FILE|full|reduced",
-        envvar="EDGE_IDENT_MODEL",
-        help="Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.",
+    setting(
+        "--model FILE|full|reduced",
+        "Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.",
     ),
 ]
 
 
 Stiff = Annotated[
     bool,
-    typer.Option(
-        "--stiff/--soft", help="stiff: gains designed for this drive; soft: weak start-up gains."
-    ),
+    option("--stiff/--soft", "stiff: gains designed for this drive; soft: weak start-up gains."),
 ]
 
 
@@ -293,11 +271,9 @@ class MotionOptions(FileOptions):
 
     motion: Annotated[
         str,
-        typer.Option(
-            "--motion",
-            metavar="sinusoid|multisine|staircase|FILE",
-            envvar="EDGE_IDENT_MOTION",
-            help="Named motion, a motion that plan wrote (.json), or a recording: its motion is "
+        setting(
+            "--motion sinusoid|multisine|staircase|FILE",
+            "Named motion, a motion that plan wrote (.json), or a recording: its motion is "
             "followed at its own sampling rate.",
         ),
     ] = "sinusoid"
@@ -319,30 +295,27 @@ class MeasurementOptions:
 
     noise: Annotated[
         float,
-        typer.Option(
-            "--noise",
+        option(
+            "--noise SHARE",
+            "White noise of the effort, relative to the rms effort, such as 5% or 0.05.",
             parser=options.share,
-            metavar="SHARE",
-            help="White noise of the effort, relative to the rms effort, such as 5% or 0.05.",
         ),
     ] = 0.0
     encoder_counts: Annotated[
         float | None,
-        typer.Option(
-            "--encoder-counts",
-            min=0.0,
-            metavar="NUMBER",
-            help="Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a "
+        option(
+            "--encoder-counts NUMBER",
+            "Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a "
             "million per metre.",
+            min=0.0,
         ),
     ] = None
     effort_resolution: Annotated[
         float | None,
-        typer.Option(
-            "--effort-resolution",
+        option(
+            "--effort-resolution NUMBER",
+            "Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
             min=0.0,
-            metavar="NUMBER",
-            help="Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
         ),
     ] = None
     seed: options.Seed = 0

@@ -11,6 +11,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
+from edge_ident.cli.options import option, setting
 from edge_ident.support.stopwatch import keep
 
 # The command diagnose: what a model gets wrong, and why.
@@ -20,22 +21,18 @@ RecordingFiles = Annotated[
 ]
 ValidationFile = Annotated[
     Path | None,
-    typer.Option(
-        "--validate",
-        metavar="FILE",
-        envvar="EDGE_IDENT_VALIDATE",
-        help="Another recording of the machine, on which the fitted models are tested.",
+    setting(
+        "--validate FILE",
+        "Another recording of the machine, on which the fitted models are tested.",
     ),
 ]
 Tolerance = Annotated[
     float,
-    typer.Option(
-        "--tolerance",
-        parser=options.part,
-        metavar="SHARE",
-        envvar="EDGE_IDENT_TOLERANCE",
-        help="Smallest part of the rms effort that a cause must explain to be reported, "
+    setting(
+        "--tolerance SHARE",
+        "Smallest part of the rms effort that a cause must explain to be reported, "
         "such as 1% or 0.01.",
+        parser=options.part,
     ),
 ]
 Stability = Annotated[
@@ -43,18 +40,16 @@ Stability = Annotated[
 ]
 KeepMinor = Annotated[
     bool,
-    typer.Option(
+    option(
         "--keep-minor",
-        help="Keep causes in the model, too, that are supported but smaller than --tolerance.",
+        "Keep causes in the model, too, that are supported but smaller than --tolerance.",
     ),
 ]
 
 PageFormat = Annotated[
     Literal["html", "markdown"],
-    typer.Option(
-        "--format",
-        envvar="EDGE_IDENT_FORMAT",
-        help="Format of the page in the folder: one HTML file, or Markdown with pictures.",
+    setting(
+        "--format", "Format of the page in the folder: one HTML file, or Markdown with pictures."
     ),
 ]
 
@@ -134,23 +129,19 @@ def _written(
 
 MotionOutput = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FILE",
+    option(
+        "--output -o FILE",
+        "File to write the motion to, for capture --motion FILE.",
         parser=options.named,
-        help="File to write the motion to, for capture --motion FILE.",
     ),
 ]
 Seconds = Annotated[
     float | None,
-    typer.Option(
-        "--seconds",
+    setting(
+        "--seconds NUMBER",
+        "Duration of the motion; default: as in the drive description.",
         min=1.0,
         max=600.0,
-        metavar="NUMBER",
-        envvar="EDGE_IDENT_SECONDS",
-        help="Duration of the motion; default: as in the drive description.",
     ),
 ]
 

@@ -1,6 +1,6 @@
 """Options that say of a recording's file what does not stand in it; one list for all commands."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from shlex import join
 from typing import Annotated, Literal
@@ -10,6 +10,7 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import say
+from edge_ident.cli.options import option
 from edge_ident.support.next_step import Done
 
 RecordingFile = Annotated[
@@ -29,91 +30,76 @@ class FileOptions:
     context: typer.Context
     column: Annotated[
         list[str] | None,
-        typer.Option(
-            "--column",
-            metavar="NAME=CONTRACT_NAME",
-            help="Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.",
+        option(
+            "--column NAME=CONTRACT_NAME",
+            "Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.",
         ),
     ] = None
     unit: Annotated[
         list[str] | None,
-        typer.Option(
-            "--unit",
-            metavar="NAME=UNIT",
-            help="Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.",
+        option(
+            "--unit NAME=UNIT",
+            "Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.",
         ),
     ] = None
     period: Annotated[
         float | None,
-        typer.Option(
-            "--period",
-            min=1e-9,
-            metavar="SECONDS",
-            help="Sampling period in s, for a file without a time column.",
+        option(
+            "--period SECONDS", "Sampling period in s, for a file without a time column.", min=1e-9
         ),
     ] = None
     resolution: Annotated[
         str | None,
-        typer.Option(
-            "--resolution",
-            metavar="COUNTS/UNIT",
-            help="Encoder counts per turn or length, such as 8192/turn or 1000/mm.",
+        option(
+            "--resolution COUNTS/UNIT",
+            "Encoder counts per turn or length, such as 8192/turn or 1000/mm.",
         ),
     ] = None
     rated_effort: Annotated[
-        str | None,
-        typer.Option("--rated-effort", metavar="EFFORT", help="Effort at 100 %, such as 2.4Nm."),
+        str | None, option("--rated-effort EFFORT", "Effort at 100 %, such as 2.4Nm.")
     ] = None
     torque_constant: Annotated[
         float | None,
-        typer.Option(
-            "--torque-constant",
-            metavar="NUMBER",
-            help="Torque constant in N*m/A, to convert a current to a torque.",
+        option(
+            "--torque-constant NUMBER",
+            "Torque constant in N*m/A, to convert a current to a torque.",
         ),
     ] = None
     delimiter: Annotated[
         Literal["comma", "semicolon", "tab", "blanks"] | None,
-        typer.Option("--delimiter", help="Delimiter of a text file; default: detected."),
+        option("--delimiter", "Delimiter of a text file; default: detected."),
     ] = None
     decimal: Annotated[
         Literal["point", "comma"] | None,
-        typer.Option(
-            "--decimal", help="Decimal sign of a text file; default: detected.",
-        ),
+        option("--decimal", "Decimal sign of a text file; default: detected."),
     ] = None  # fmt: skip
 
     topic: Annotated[
         str | None,
-        typer.Option(
-            "--topic", metavar="NAME", help="Topic of a bag to read, such as /joint_states.",
-        ),
+        option("--topic NAME", "Topic of a bag to read, such as /joint_states."),
     ] = None  # fmt: skip
     effort_encoding: Annotated[
         str | None,
-        typer.Option(
-            "--effort-encoding",
-            metavar="ENCODING",
-            help="How the file codes the sign of the effort: uint16 (two's complement that was "
+        option(
+            "--effort-encoding ENCODING",
+            "How the file codes the sign of the effort: uint16 (two's complement that was "
             "read as unsigned; also uint8, uint32, uint64) sign-magnitude (the highest "
             "bit is the sign), or opposite (it counts against the position).",
         ),
     ] = None
     effort_shift: Annotated[
         float,
-        typer.Option(
-            "--effort-shift",
-            metavar="SECONDS",
-            help="When the effort of a row acted, relative to its position, in s: 0.1 where a "
+        option(
+            "--effort-shift SECONDS",
+            "When the effort of a row acted, relative to its position, in s: 0.1 where a "
             "row has the effort of 0.1 s after its position.",
         ),
     ] = 0.0
     axis: Annotated[
         list[str] | None,
-        typer.Option(
-            "--axis",
-            metavar="NAME",
-            help="Axis to read; may be repeated. Default: all axes that move. An axis whose "
+        option(
+            "--axis NAME",
+            "Axis to read; may be repeated. Default: all axes that move. An axis whose "
             "reference moves while its position stands still is an error.",
         ),
     ] = None
@@ -141,22 +127,12 @@ class FileOptions:
 
     def typed(self) -> tuple[str, ...]:
         """The options as they are typed."""
-        once = {
-            "--period": self.period,
-            "--resolution": self.resolution,
-            "--rated-effort": self.rated_effort,
-            "--torque-constant": self.torque_constant,
-            "--delimiter": self.delimiter,
-            "--decimal": self.decimal,
-            "--topic": self.topic,
-            "--effort-encoding": self.effort_encoding,
-            "--effort-shift": self.effort_shift or None,
-        }
-        said = [(option, str(value)) for option, value in once.items() if value is not None]
-        for option, values in (
-            ("--column", self.column), ("--unit", self.unit), ("--axis", self.axis),
-        ):  # fmt: skip
-            said += [(option, value) for value in values or ()]
+        said = []
+        for of in fields(FileOptions):
+            given = getattr(self, of.name)
+            for value in given if isinstance(given, list) else [given]:
+                if of.name != "context" and value not in (None, of.default):
+                    said.append((f"--{of.name.replace('_', '-')}", str(value)))
         return tuple(word for pair in said for word in pair)
 
     def done(
@@ -212,12 +188,12 @@ class RecordingOptions(FileOptions):
         return self.read(self.file)
 
 
-def _pairs(given: list[str] | None, option: str, what: str) -> dict[str, str]:
+def _pairs(given: list[str] | None, flag: str, what: str) -> dict[str, str]:
     """Parse NAME=… texts; a name may have the sign in it."""
     pairs = {}
     for text in given or []:
         name, sign, value = text.rpartition("=")
         if not sign or not name or not value:
-            raise typer.BadParameter(f"write NAME={what}", param_hint=option)
+            raise typer.BadParameter(f"write NAME={what}", param_hint=flag)
         pairs[name] = value
     return pairs

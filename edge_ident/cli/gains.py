@@ -13,6 +13,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, with_example
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import progress_if_any, say, shown_progress
+from edge_ident.cli.options import option, setting
 from edge_ident.cli.sessions import connected, located
 from edge_ident.support.next_step import Done
 from edge_ident.support.words import listed
@@ -30,11 +31,10 @@ Example: `edge-ident gains capture.npz --bandwidth 12`
 _NEXT: Final = "write the gains to a file: edge-ident gains FILE --output gains.json"
 ControlDelay = Annotated[
     float,
-    typer.Option(
-        "--control-delay",
+    option(
+        "--control-delay SECONDS",
+        "Time from reading the encoder to applying the new effort.",
         min=0.0,
-        metavar="SECONDS",
-        help="Time from reading the encoder to applying the new effort.",
     ),
 ]
 
@@ -124,15 +124,7 @@ GainsFile = Annotated[
         help="Backup of gains, or the file that edge-ident gains FILE --output gains.json wrote.",
     ),
 ]
-Backups = Annotated[
-    Path,
-    typer.Option(
-        "--backups",
-        metavar="FOLDER",
-        envvar="EDGE_IDENT_BACKUPS",
-        help="Folder for backups of the active gains.",
-    ),
-]
+Backups = Annotated[Path, setting("--backups FOLDER", "Folder for backups of the active gains.")]
 
 
 @dataclass(frozen=True)
@@ -142,10 +134,9 @@ class ForecastOptions:
     model: options.ModelFile = None
     recording: Annotated[
         Path | None,
-        typer.Option(
-            "--recording",
-            metavar="FILE",
-            help="Recording of the drive, from which margins and tracking error are predicted.",
+        option(
+            "--recording FILE",
+            "Recording of the drive, from which margins and tracking error are predicted.",
         ),
     ] = None
 
@@ -173,9 +164,8 @@ class ChangeOptions:
     backups: Backups = Path("edge-ident-gains")
     large_steps: Annotated[
         bool,
-        typer.Option(
-            "--large-steps",
-            help="Allow feedback gains to change by more than a factor of five at once.",
+        option(
+            "--large-steps", "Allow feedback gains to change by more than a factor of five at once."
         ),
     ] = False
 

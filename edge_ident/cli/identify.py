@@ -10,6 +10,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import print_document, progress_if_any, say, shown_progress
+from edge_ident.cli.options import option
 
 # The command identify: from a recording to parameters.
 
@@ -67,21 +68,19 @@ def identify(
 
 Methods = Annotated[
     list[str] | None,
-    typer.Option(
-        "--method",
-        metavar="NAME",
-        help="Use only this method, such as least_squares; may be repeated. An unknown "
+    option(
+        "--method NAME",
+        "Use only this method, such as least_squares; may be repeated. An unknown "
         "name lists all methods.",
     ),
 ]
 Tries = Annotated[
     int,
-    typer.Option(
-        "--tries",
+    option(
+        "--tries NUMBER",
+        "Number of tries of random search; the network makes 8 passes.",
         min=1,
         max=10_000,
-        metavar="NUMBER",
-        help="Number of tries of random search; the network makes 8 passes.",
     ),
 ]
 

@@ -14,7 +14,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.messages import print_document, say, say_always
-from edge_ident.cli.options import Json
+from edge_ident.cli.options import Json, option
 from edge_ident.errors import DataError
 
 if TYPE_CHECKING:
@@ -27,87 +27,79 @@ _AXES: Final = ("x", "z")  # names of the axes, unless an option gives others: t
 _Texts = list[str] | None
 
 
-def _sheet_option(name: str, unit: str, help_text: str) -> object:
-    return typer.Option(name, metavar=f"[AXIS=]{unit}", help=help_text)
-
-
 @dataclass(frozen=True, kw_only=True)
 class SheetOptions:
     """What data sheets say of the axes; each field is named as its entry of the data sheet."""
 
-    kind: Annotated[
-        _Texts, _sheet_option("--kind", "KIND", "linear or rotary; default: linear.")
-    ] = None
+    kind: Annotated[_Texts, option("--kind [AXIS=]KIND", "linear or rotary; default: linear.")] = (
+        None
+    )
     lead: Annotated[
         _Texts,
-        _sheet_option(
-            "--lead", "MM", "Travel of the table per turn of the screw (lead), such as 5mm."
+        option(
+            "--lead [AXIS=]MM", "Travel of the table per turn of the screw (lead), such as 5mm."
         ),
     ] = None
     gear_ratio: Annotated[
-        _Texts, _sheet_option("--gear-ratio", "NUMBER", "Turns of the motor per turn of the screw.")
+        _Texts, option("--gear-ratio [AXIS=]NUMBER", "Turns of the motor per turn of the screw.")
     ] = None
     encoder_at: Annotated[
         _Texts,
-        _sheet_option(
-            "--encoder-at",
-            "PLACE",
+        option(
+            "--encoder-at [AXIS=]PLACE",
             "Place of the encoder: motor, output (of the gearbox) or table.",
         ),
     ] = None
     encoder: Annotated[
         _Texts,
-        _sheet_option(
-            "--encoder",
-            "COUNTS",
+        option(
+            "--encoder [AXIS=]COUNTS",
             "Encoder counts per turn (4 per line), such as 8400, '2100 lines' or '17 "
             "bit'. For a linear scale: length of one count, such as 0.5um.",
         ),
     ] = None
     torque_constant: Annotated[
-        _Texts, _sheet_option("--torque-constant", "NM/A", "Torque constant of the motor.")
+        _Texts, option("--torque-constant [AXIS=]NM/A", "Torque constant of the motor.")
     ] = None
     torque: Annotated[
         _Texts,
-        _sheet_option(
-            "--torque",
-            "NM",
+        option(
+            "--torque [AXIS=]NM",
             "Rated torque of the motor, or its rated current, such as 3A. It becomes the "
             "effort limit: give less if gearbox or screw withstand less.",
         ),
     ] = None
     travel: Annotated[
-        _Texts, _sheet_option("--travel", "MM", "Travel from end to end, such as 300mm or 90deg.")
+        _Texts, option("--travel [AXIS=]MM", "Travel from end to end, such as 300mm or 90deg.")
     ] = None
     speed: Annotated[
         _Texts,
-        _sheet_option(
-            "--speed", "RPM", "Top speed of the motor in rpm, or of the axis, such as 200mm/s."
+        option(
+            "--speed [AXIS=]RPM", "Top speed of the motor in rpm, or of the axis, such as 200mm/s."
         ),
     ] = None
     acceleration: Annotated[
         _Texts,
-        _sheet_option(
-            "--acceleration",
-            "M/S2",
+        option(
+            "--acceleration [AXIS=]M/S2",
             "Largest acceleration of the axis, if known; a rotary axis: in rad/s2.",
         ),
     ] = None
     rotor_inertia: Annotated[
         _Texts,
-        _sheet_option("--rotor-inertia", "KGCM2", "Inertia of the rotor of the motor, if known."),
+        option("--rotor-inertia [AXIS=]KGCM2", "Inertia of the rotor of the motor, if known."),
     ] = None
     load: Annotated[
         _Texts,
-        _sheet_option(
-            "--load", "KG", "Moving mass, if known. For a rotary axis: inertia, such as 0.2kgm2."
+        option(
+            "--load [AXIS=]KG",
+            "Moving mass, if known. For a rotary axis: inertia, such as 0.2kgm2.",
         ),
     ] = None
     friction: Annotated[
         _Texts,
-        _sheet_option(
-            "--friction",
-            "NM",
+        option(
+            "--friction [AXIS=]NM",
             "Friction torque at the motor, or friction force of the guides, such as 40N; if known.",
         ),
     ] = None
@@ -118,17 +110,13 @@ class SheetOptions:
 
 
 _Name = Annotated[
-    str | None,
-    typer.Option(
-        "--name", metavar="TEXT", help="Name of the drive; default: the name of the file."
-    ),
+    str | None, option("--name TEXT", "Name of the drive; default: the name of the file.")
 ]
 _AxisNames = Annotated[
     list[str] | None,
-    typer.Option(
-        "--axis",
-        metavar="NAME",
-        help="Name of an axis; may be repeated. Default: the axes that AXIS= names, else x and z.",
+    option(
+        "--axis NAME",
+        "Name of an axis; may be repeated. Default: the axes that AXIS= names, else x and z.",
     ),
 ]
 
@@ -148,18 +136,17 @@ def init(
     axis: _AxisNames = None,
     sample_rate: Annotated[
         str | None,
-        typer.Option(
-            "--sample-rate",
-            metavar="HZ",
-            help="Sampling rate of the board in Hz, or its sampling period, such as 2.5ms.",
+        option(
+            "--sample-rate HZ",
+            "Sampling rate of the board in Hz, or its sampling period, such as 2.5ms.",
         ),
     ] = None,
     sheet: SheetOptions,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace a file that exists already.")
+        bool, option("--overwrite", "Replace a file that exists already.")
     ] = False,
     accept_implausible: Annotated[
-        bool, typer.Option("--accept-implausible", help="Accept values that are unusual.")
+        bool, option("--accept-implausible", "Accept values that are unusual.")
     ] = False,
     json: Json = False,
 ) -> None:

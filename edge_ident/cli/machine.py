@@ -10,7 +10,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command, noting, settings_command, tell_ignored
 from edge_ident.cli.messages import say, shown_progress
-from edge_ident.cli.options import BaudRate, BoardOptions, DriveFile, ResultOptions
+from edge_ident.cli.options import BaudRate, BoardOptions, DriveFile, ResultOptions, option
 from edge_ident.cli.sessions import baud_rate_of, connected, device_of, drive_or_built_in, located
 from edge_ident.support.process import HANGUP, deaf_to_interrupts
 from edge_ident.support.words import plain_number
@@ -27,32 +27,22 @@ _MAY_MOVE: Final = (
 
 Targets = Annotated[
     list[str] | None,
-    typer.Option(
-        "--to",
-        metavar="AXIS=RAD",
-        help="Move this axis to this position, in rad or, as in x=90deg, in degrees; "
-        "may be repeated.",
+    option(
+        "--to AXIS=RAD",
+        "Move this axis to this position, in rad or, as in x=90deg, in degrees; may be repeated.",
     ),
 ]
 Distances = Annotated[
     list[str] | None,
-    typer.Option(
-        "--by",
-        metavar="AXIS=RAD",
-        help="Move this axis by this angle from where it stands, such as x=5deg; may be repeated.",
+    option(
+        "--by AXIS=RAD",
+        "Move this axis by this angle from where it stands, such as x=5deg; may be repeated.",
     ),
 ]
-Duration = Annotated[
-    float,
-    typer.Option("--seconds", min=1.0, max=600.0, metavar="NUMBER", help="Time to hold, in s."),
-]
+Duration = Annotated[float, option("--seconds NUMBER", "Time to hold, in s.", min=1.0, max=600.0)]
 Speed = Annotated[
     float | None,
-    typer.Option(
-        "--speed",
-        metavar="NUMBER",
-        help="Highest speed in rad/s; default: a fifth of the speed limit.",
-    ),
+    option("--speed NUMBER", "Highest speed in rad/s; default: a fifth of the speed limit."),
 ]
 
 
@@ -266,13 +256,9 @@ RegisterName = Annotated[
 ]
 NewValues = Annotated[
     list[str] | None,
-    typer.Option(
-        "--write",
-        metavar="VALUE",
-        help="Value to write, in the unit of the register; repeat for an array.",
-    ),
+    option("--write VALUE", "Value to write, in the unit of the register; repeat for an array."),
 ]
-Yes = Annotated[bool, typer.Option("--yes", help="Required to confirm a write.")]
+Yes = Annotated[bool, option("--yes", "Required to confirm a write.")]
 
 
 @command
@@ -337,22 +323,20 @@ def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> Non
 
 MovedDevice = Annotated[
     str | None,
-    typer.Option(
-        "--device",
-        metavar="DEVICE",
-        help="Board to measure; its axes move. A port such as /dev/ttyACM0, a pySerial "
+    option(
+        "--device DEVICE",
+        "Board to measure; its axes move. A port such as /dev/ttyACM0, a pySerial "
         "URL, tcp://HOST:PORT, or virtual. Default: virtual; EDGE_IDENT_DEVICE and "
         "the settings file do not count here.",
     ),
 ]
 Repetitions = Annotated[
     int,
-    typer.Option(
-        "--repetitions",
-        min=1,
-        metavar="NUMBER",
-        help="Repetitions of each measurement; those that need a motion are repeated five "
+    option(
+        "--repetitions NUMBER",
+        "Repetitions of each measurement; those that need a motion are repeated five "
         "times at most. 100 repetitions take several minutes.",
+        min=1,
     ),
 ]
 

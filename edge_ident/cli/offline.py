@@ -17,7 +17,7 @@ from edge_ident.cli.messages import (
     say_always,
     shown_progress,
 )
-from edge_ident.cli.options import Json, ModelFile, given_model, result_folder
+from edge_ident.cli.options import Json, ModelFile, given_model, option, result_folder, setting
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
@@ -26,31 +26,23 @@ TRAIN_EXTRA: Final = "-e '.[train]'"
 
 CheckpointFolder = Annotated[
     Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER",
+    setting(
+        "--output -o FOLDER",
+        "Folder to write the checkpoint and the loss curves to.",
         parser=result_folder,
-        envvar="EDGE_IDENT_OUTPUT",
-        help="Folder to write the checkpoint and the loss curves to.",
     ),
 ]
 Configuration = Annotated[
     str,
-    typer.Option(
-        "--configuration",
-        envvar="EDGE_IDENT_CONFIGURATION",
-        metavar="improved|plain|paper",
-        help="Training recipe: improved; plain, which has no effects; or that of the paper.",
+    setting(
+        "--configuration improved|plain|paper",
+        "Training recipe: improved; plain, which has no effects; or that of the paper.",
     ),
 ]
 Accelerator = Annotated[
     str | None,
-    typer.Option(
-        "--accelerator",
-        envvar="EDGE_IDENT_ACCELERATOR",
-        metavar="DEVICE",
-        help="Torch device such as cpu or cuda; default: a GPU if there is one.",
+    setting(
+        "--accelerator DEVICE", "Torch device such as cpu or cuda; default: a GPU if there is one."
     ),
 ]
 Checkpoint = Annotated[
@@ -61,35 +53,28 @@ Checkpoint = Annotated[
 ]
 NetworkFolder = Annotated[
     Path,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER",
+    setting(
+        "--output -o FOLDER",
+        "Folder to write the networks and their manifest to.",
         parser=result_folder,
-        envvar="EDGE_IDENT_OUTPUT",
-        help="Folder to write the networks and their manifest to.",
     ),
 ]
 CFolder = Annotated[
     Path | None,
-    typer.Option(
-        "--c",
-        metavar="FOLDER",
-        help="Write an int8 network to this folder as C99, instead of converting a checkpoint.",
+    option(
+        "--c FOLDER",
+        "Write an int8 network to this folder as C99, instead of converting a checkpoint.",
     ),
 ]
 NetworkForC = Annotated[
     Path | None,
-    typer.Option(
-        "--network",
-        metavar="FILE",
-        help="With --c: int8 network (.onnx) with its manifest in the same folder; default: the "
+    option(
+        "--network FILE",
+        "With --c: int8 network (.onnx) with its manifest in the same folder; default: the "
         "built-in network.",
     ),
 ]
-Int8 = Annotated[
-    bool, typer.Option("--int8/--no-int8", help="Also write the int8 network, or leave it out.")
-]
+Int8 = Annotated[bool, option("--int8/--no-int8", "Also write the int8 network, or leave it out.")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,20 +83,15 @@ class TrainedMotion(FileOptions):
 
     motion_from: Annotated[
         Path | None,
-        typer.Option(
-            "--motion-from",
-            metavar="FILE",
-            help="Recording with the motion to train for; default: the sinusoid of the paper.",
+        option(
+            "--motion-from FILE",
+            "Recording with the motion to train for; default: the sinusoid of the paper.",
         ),
     ] = None
     model: ModelFile = None
     name: Annotated[
         str | None,
-        typer.Option(
-            "--name",
-            metavar="NAME",
-            help="Name of the files of the network; default: that of the recording.",
-        ),
+        option("--name NAME", "Name of the files of the network; default: that of the recording."),
     ] = None
 
     def load(self) -> Any:
@@ -143,9 +123,8 @@ def train(
     motion: TrainedMotion,
     resume: Annotated[
         bool,
-        typer.Option(
-            "--resume",
-            help="Continue from the checkpoint in the folder; begin anew if there is none.",
+        option(
+            "--resume", "Continue from the checkpoint in the folder; begin anew if there is none."
         ),
     ] = False,
     accelerator: Accelerator = None,

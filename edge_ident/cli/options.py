@@ -44,124 +44,96 @@ def result_folder(path: str) -> Path:
     return Path(path)
 
 
-Json = Annotated[
-    bool, typer.Option("--json", help="Print the result as one JSON document on stdout.")
-]
+def option(name: str, help_text: str, **more: Any) -> Any:
+    """An option, named as its help shows it: flags, then what it takes, as in `--output -o F`."""
+    *flags, last = name.split()
+    if last.startswith("-"):
+        return typer.Option(*flags, last, help=help_text, **more)
+    return typer.Option(*flags, metavar=last, help=help_text, **more)
+
+
+def setting(name: str, help_text: str, **more: Any) -> Any:
+    """An option that a variable of the environment gives, too, and the settings file."""
+    variable = name.split()[0].removeprefix("--").replace("-", "_").upper()
+    return option(name, help_text, envvar=f"EDGE_IDENT_{variable}", **more)
+
+
+Json = Annotated[bool, option("--json", "Print the result as one JSON document on stdout.")]
 Details = Annotated[
     bool,
-    typer.Option(
+    option(
         "--details",
-        help="Print all numbers and remarks below the answer; --json and the page have them, too.",
+        "Print all numbers and remarks below the answer; --json and the page have them, too.",
     ),
 ]
 Output = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER|FILE",
-        parser=result_folder,
-        envvar="EDGE_IDENT_OUTPUT",
-        help="Folder for the results; it is created if it does not exist. A command that "
+    setting(
+        "--output -o FOLDER|FILE",
+        "Folder for the results; it is created if it does not exist. A command that "
         "writes a single file also takes the name of that file.",
+        parser=result_folder,
     ),
 ]
-_RECORDING_OUTPUT: Final = typer.Option(
-    "--output",
-    "-o",
-    metavar="FOLDER|FILE",
+_RECORDING_OUTPUT: Final = setting(
+    "--output -o FOLDER|FILE",
+    f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
     parser=named,
-    envvar="EDGE_IDENT_OUTPUT",
-    help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
 )
 RecordingOutput = Annotated[Path, _RECORDING_OUTPUT]
 OptionalRecordingOutput = Annotated[Path | None, _RECORDING_OUTPUT]
 DriveFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--drive",
-        metavar="FILE",
-        envvar="EDGE_IDENT_DRIVE",
-        help="Drive description (.toml); default: the built-in drive.",
-    ),
+    Path | None, setting("--drive FILE", "Drive description (.toml); default: the built-in drive.")
 ]
 Device = Annotated[
     str | None,
-    typer.Option(
-        "--device",
-        metavar="DEVICE",
-        envvar="EDGE_IDENT_DEVICE",
-        help="Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
+    setting(
+        "--device DEVICE",
+        "Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
     ),
 ]
 BaudRate = Annotated[
     int | None,
-    typer.Option(
-        "--baud-rate",
-        min=50,
-        metavar="NUMBER",
-        envvar="EDGE_IDENT_BAUD_RATE",
-        help="Baud rate of a serial port; default: 115200.",
-    ),
+    setting("--baud-rate NUMBER", "Baud rate of a serial port; default: 115200.", min=50),
 ]
 NetworkFile = Annotated[
     Path | None,
-    typer.Option(
-        "--network",
-        metavar="FILE",
-        envvar="EDGE_IDENT_NETWORK",
-        help="Network (.onnx) with its manifest in the same folder; default: the built-in network.",
+    setting(
+        "--network FILE",
+        "Network (.onnx) with its manifest in the same folder; default: the built-in network.",
     ),
 ]
 ModelFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--model",
-        metavar="FILE",
-        envvar="EDGE_IDENT_MODEL",
-        help="Model file (.json) with known effects of the drive.",
-    ),
+    Path | None, setting("--model FILE", "Model file (.json) with known effects of the drive.")
 ]
 Precision = Annotated[
     Literal["fp32", "int8", "fastest"],
-    typer.Option(
+    setting(
         "--precision",
-        envvar="EDGE_IDENT_PRECISION",
-        help="Precision of the built-in network; fastest: int8 only where this machine runs it "
+        "Precision of the built-in network; fastest: int8 only where this machine runs it "
         "clearly faster than fp32.",
     ),
 ]
 Bandwidth = Annotated[
     float | None,
-    typer.Option(
-        "--bandwidth",
-        min=0.1,
-        metavar="NUMBER",
-        envvar="EDGE_IDENT_BANDWIDTH",
-        help="Frequency of the closed loop's poles, rad/s; default: the highest with sufficient "
+    setting(
+        "--bandwidth NUMBER",
+        "Frequency of the closed loop's poles, rad/s; default: the highest with sufficient "
         "margins.",
+        min=0.1,
     ),
 ]
 NoDiagnose = Annotated[
     bool,
-    typer.Option(
+    setting(
         "--no-diagnose",
-        envvar="EDGE_IDENT_NO_DIAGNOSE",
-        help="Do not diagnose an axis whose base model is inadequate; the intervals are wider.",
+        "Do not diagnose an axis whose base model is inadequate; the intervals are wider.",
     ),
 ]
 Machine = Annotated[
-    str,
-    typer.Option(
-        "--machine",
-        metavar="NAME",
-        envvar="EDGE_IDENT_MACHINE",
-        help="Name of the machine, for the heading of the page.",
-    ),
+    str, setting("--machine NAME", "Name of the machine, for the heading of the page.")
 ]
-Seed = Annotated[
-    int, typer.Option("--seed", metavar="NUMBER", envvar="EDGE_IDENT_SEED", help="Random seed.")
-]
+Seed = Annotated[int, setting("--seed NUMBER", "Random seed.")]
 
 
 @dataclass(frozen=True)
@@ -322,25 +294,17 @@ MOST_CYCLES: Final = 1000
 """Periods of a motion, as in a drive description: hours of the slowest ones."""
 _PERIODIC: Final = ("sinusoid", "multisine")
 MotionName = Annotated[
-    Literal["sinusoid", "multisine", "staircase"],
-    typer.Option("--motion", envvar="EDGE_IDENT_MOTION", help="Motion that the axes make."),
+    Literal["sinusoid", "multisine", "staircase"], setting("--motion", "Motion that the axes make.")
 ]
 MOTIONS: Final[tuple[str, ...]] = get_args(get_args(MotionName)[0])
 
 
-def _cycles_option(variable: str | None = None) -> Any:
-    return typer.Option(
-        "--cycles",
-        min=1,
-        max=MOST_CYCLES,
-        metavar="NUMBER",
-        envvar=variable,
-        help="Number of periods of a sinusoid or multisine; default: as in the drive description.",
-    )
-
-
-Cycles = Annotated[int | None, _cycles_option("EDGE_IDENT_CYCLES")]
-SimulatedCycles = Annotated[int | None, _cycles_option()]
+_CYCLES: Final = (
+    "--cycles NUMBER",
+    "Number of periods of a sinusoid or multisine; default: as in the drive description.",
+)
+Cycles = Annotated[int | None, setting(*_CYCLES, min=1, max=MOST_CYCLES)]
+SimulatedCycles = Annotated[int | None, option(*_CYCLES, min=1, max=MOST_CYCLES)]
 """Periods of a simulated motion, which no setting of the machine changes."""
 
 
@@ -427,59 +391,53 @@ class HideOptions:
 
     hide: Annotated[
         list[str] | None,
-        typer.Option(
-            "--hide",
-            metavar="NAME[=SIZE]",
-            help="Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
+        option(
+            "--hide NAME[=SIZE]",
+            "Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
             "An unknown name, as in --hide list, lists all faults.",
         ),
     ] = None
     axis: Annotated[
         Literal["x", "z"] | None,
-        typer.Option(
-            "--axis", help="Axis that has the faults; default: x, or a random one with --hide-seed."
-        ),
+        option("--axis", "Axis that has the faults; default: x, or a random one with --hide-seed."),
     ] = None
     hide_seed: Annotated[
         int | None,
-        typer.Option(
-            "--hide-seed",
-            metavar="NUMBER",
-            min=0,
-            help="Hide one or two random faults; the same number hides the same ones. With "
+        option(
+            "--hide-seed NUMBER",
+            "Hide one or two random faults; the same number hides the same ones. With "
             "--hide: choose only the details at random.",
+            min=0,
         ),
     ] = None
     used: Annotated[
         int | None,
-        typer.Option(
-            "--used",
-            metavar="NUMBER",
-            min=0,
-            help="Use a random used machine as the virtual drive: a dozen things are slightly "
+        option(
+            "--used NUMBER",
+            "Use a random used machine as the virtual drive: a dozen things are slightly "
             "wrong on it. The same number gives the same machine.",
+            min=0,
         ),
     ] = None
     wear: Annotated[
         float | None,
-        typer.Option(
-            "--wear",
-            metavar="LEVEL",
+        option(
+            "--wear LEVEL",
+            "Wear of the machine of --used: 0 like new, 1 used, 2 worn; default: 1.",
             min=0.0,
             max=3.0,
-            help="Wear of the machine of --used: 0 like new, 1 used, 2 worn; default: 1.",
         ),
     ] = None
     friction: Annotated[
         Literal["lugre", "dahl"] | None,
-        typer.Option(
+        option(
             "--friction",
-            help="Make the machine of --used like new, simulated by another program with this "
+            "Make the machine of --used like new, simulated by another program with this "
             "friction model.",
         ),
     ] = None
     reveal: Annotated[
-        bool, typer.Option("--reveal", help="Print at the end what these options have hidden.")
+        bool, option("--reveal", "Print at the end what these options have hidden.")
     ] = False
 
     def hidden(self, *, of_machine: bool = False) -> "Hidden | None":

@@ -12,6 +12,7 @@ from edge_ident import commissioning, report
 from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command, noting
 from edge_ident.cli.messages import print_document, say, shown_progress
+from edge_ident.cli.options import option, setting
 from edge_ident.cli.sessions import session
 from edge_ident.support.next_step import Done
 
@@ -36,37 +37,30 @@ class MotionOptions:
     cycles: options.Cycles = None
     most_motions: Annotated[
         int,
-        typer.Option(
-            "--most-motions",
+        setting(
+            "--most-motions NUMBER",
+            "Largest number of identification motions. Those after the first are designed "
+            "to separate the causes that the diagnosis leaves open.",
             min=1,
             max=9,
-            metavar="NUMBER",
-            envvar="EDGE_IDENT_MOST_MOTIONS",
-            help="Largest number of identification motions. Those after the first are designed "
-            "to separate the causes that the diagnosis leaves open.",
         ),
     ] = 3
     most_seconds: Annotated[
         float | None,
-        typer.Option(
-            "--most-seconds",
+        setting(
+            "--most-seconds NUMBER",
+            "Longest duration of all identification motions together, in s; default: no limit.",
             min=1.0,
-            metavar="NUMBER",
-            envvar="EDGE_IDENT_MOST_SECONDS",
-            help="Longest duration of all identification motions together, in s; default: no "
-            "limit.",
         ),
     ] = None
     until: Annotated[
         float | None,
-        typer.Option(
-            "--until",
-            parser=options.true_part,
-            metavar="SHARE",
-            envvar="EDGE_IDENT_UNTIL",
-            help="End the first motion early: as soon as the half-width of each 95 % interval "
+        setting(
+            "--until SHARE",
+            "End the first motion early: as soon as the half-width of each 95 % interval "
             "is at most this share of its parameter (for the offset: of the Coulomb "
             "friction), such as 2% or 0.02.",
+            parser=options.true_part,
         ),
     ] = None
 
@@ -96,29 +90,18 @@ class DiagnosisOptions:
     """Whether and when a run finds out what the base model lacks."""
 
     no_diagnose: Annotated[
-        bool,
-        typer.Option(
-            "--no-diagnose",
-            envvar="EDGE_IDENT_NO_DIAGNOSE",
-            help="Do not diagnose axes whose base model is not enough.",
-        ),
+        bool, setting("--no-diagnose", "Do not diagnose axes whose base model is not enough.")
     ] = False
     diagnose_first: Annotated[
         bool,
-        typer.Option(
-            "--diagnose-first",
-            envvar="EDGE_IDENT_DIAGNOSE_FIRST",
-            help="Diagnose before any gains are written, and not afterwards.",
-        ),
+        setting("--diagnose-first", "Diagnose before any gains are written, and not afterwards."),
     ] = False
     diagnose_within: Annotated[
         float,
-        typer.Option(
-            "--diagnose-within",
+        setting(
+            "--diagnose-within NUMBER",
+            "Longest time for the diagnosis of all axes, in s; motions are not counted.",
             min=0.0,
-            metavar="NUMBER",
-            envvar="EDGE_IDENT_DIAGNOSE_WITHIN",
-            help="Longest time for the diagnosis of all axes, in s; motions are not counted.",
         ),
     ] = 60.0
 
@@ -129,11 +112,10 @@ class GainOptions:
 
     bandwidth: options.Bandwidth = None
     dry_run: Annotated[
-        bool,
-        typer.Option("--dry-run", help="Write no gains; forecast the tracking error with them."),
+        bool, option("--dry-run", "Write no gains; forecast the tracking error with them.")
     ] = False
     store: Annotated[
-        bool, typer.Option("--store", help="Store confirmed gains in the board's permanent memory.")
+        bool, option("--store", "Store confirmed gains in the board's permanent memory.")
     ] = False
 
     def check(self) -> None:
@@ -256,11 +238,9 @@ def _plan(
 _CAPTURE_WRITES: Final = ("capture*.npz", "capture.json")
 MotionOrFile = Annotated[
     str,
-    typer.Option(
-        "--motion",
-        metavar="sinusoid|multisine|staircase|FILE",
-        envvar="EDGE_IDENT_MOTION",
-        help="Motion that the axes make, or a file that plan wrote.",
+    setting(
+        "--motion sinusoid|multisine|staircase|FILE",
+        "Motion that the axes make, or a file that plan wrote.",
     ),
 ]
 

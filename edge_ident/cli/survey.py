@@ -12,52 +12,40 @@ from edge_ident.cli import options
 from edge_ident.cli.command import FILE, UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import detail, say, shown_progress
+from edge_ident.cli.options import option, setting
 
 RecordingFolder = Annotated[
     Path, typer.Argument(metavar="FOLDER", help="Folder with recordings; subfolders count, too.")
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option(
-        "--jobs",
-        "-j",
+    setting(
+        "--jobs -j NUMBER",
+        "Number of recordings analysed at the same time; default: one for each core.",
         min=1,
-        metavar="NUMBER",
-        envvar="EDGE_IDENT_JOBS",
-        help="Number of recordings analysed at the same time; default: one for each core.",
     ),
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        "--cluster",
-        metavar="ADDRESS",
-        envvar="EDGE_IDENT_CLUSTER",
-        help="Dask scheduler, such as tcp://HOST:8786, whose workers do the work.",
+    setting(
+        "--cluster ADDRESS", "Dask scheduler, such as tcp://HOST:8786, whose workers do the work."
     ),
 ]
 Units = Annotated[
     Literal["file", "folder"],
-    typer.Option(
-        "--units",
-        help="What counts as one unit: each file, or each subfolder with all its recordings.",
+    option(
+        "--units", "What counts as one unit: each file, or each subfolder with all its recordings."
     ),
 ]
 Pattern = Annotated[
-    str | None,
-    typer.Option(
-        "--files", metavar="PATTERN", help="Recordings to take, such as '*.csv'; default: all."
-    ),
+    str | None, option("--files PATTERN", "Recordings to take, such as '*.csv'; default: all.")
 ]
 SurveyFolder = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="FOLDER",
+    setting(
+        "--output -o FOLDER",
+        "Folder to write the results to; default: edge-ident-survey in the folder.",
         parser=options.result_folder,
-        envvar="EDGE_IDENT_OUTPUT",
-        help="Folder to write the results to; default: edge-ident-survey in the folder.",
     ),
 ]
 
