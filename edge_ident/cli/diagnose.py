@@ -36,7 +36,8 @@ Tolerance = Annotated[
     ),
 ]
 Stability = Annotated[
-    bool, typer.Option(help="Deprecated, and without effect: no search is repeated any more.")
+    bool | None,
+    typer.Option(help="Deprecated, and without effect: no search is repeated any more."),
 ]
 KeepMinor = Annotated[
     bool,
@@ -70,7 +71,7 @@ def diagnose(
     validate: ValidationFile = None,
     model: options.ModelFile = None,
     tolerance: Tolerance = edge_ident.TOLERANCE,
-    stability: Stability = False,
+    stability: Stability = None,
     keep_minor: KeepMinor = False,
     page: PageFormat = "html",
     machine: options.Machine = "",
@@ -87,6 +88,8 @@ def diagnose(
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """
     options.check_no_run(results.output)
+    if stability is not None:
+        say("ignored: --stability and --no-stability are deprecated, and have no effect")
     keep()
     with shown_progress() as bars:
         bars.stage("reading")
