@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from edge_ident.signals.metrics import quantile
@@ -251,90 +250,42 @@ class Chart:
         """Layers that have a label."""
         return [layer for layer in self.layers if layer.label]
 
-    def svg(self) -> Markup:
-        """The picture; its style is that of the page."""
-        parts = [self._grid(), self._plot(), *map(self._marks, self.layers), self._labels()]
-        return Markup(
-            '<svg class="chart" role="img" height="{height}" data-x="{low!r} {high!r}" '
-            'aria-labelledby="{key}-t {key}-d"><title id="{key}-t">{title}</title>'
-            '<desc id="{key}-d">{description}</desc>{inside}</svg>'
-        ).format(
-            height=self.height,
-            low=self.x.low,
-            high=self.x.high,
-            key=self.key,
-            title=self.title,
-            description=self.description,
-            inside=Markup("").join(parts),
+    @property
+    def ticks(self) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+        """Places and labels, from the left and from above."""
+        up = self.y.ticks(max(2, self.height // _PIXELS_PER_TICK))
+        return (
+            [(_percent(place), text) for place, text in self.x.ticks(_X_TICKS)],
+            [(_percent(1.0 - place), text) for place, text in up],
         )
 
-    def _grid(self) -> Markup:
-        rows = [
-            Markup(
-                '<line x1="0" x2="100%" y1="{0}" y2="{0}"/><text x="0" y="{0}">{1}</text>'
-            ).format(_percent(1.0 - place), text)
-            for place, text in self.y.ticks(max(2, self.height // _PIXELS_PER_TICK))
-        ]
-        columns = [
-            Markup(
-                '<line x1="{0}" x2="{0}" y1="0" y2="100%"/><text x="{0}" y="100%">{1}</text>'
-            ).format(_percent(place), text)
-            for place, text in self.x.ticks(_X_TICKS)
-        ]
-        return Markup('<g class="y-ticks">{}</g><g class="x-ticks">{}</g>').format(
-            Markup("").join(rows), Markup("").join(columns)
-        )
+    @property
+    def labels(self) -> tuple[str, str]:
+        """What the scales show, with their units."""
+        (across, wide), (along, high) = self.across, self.along
+        return axis_label(across, self.x.unit(wide)), axis_label(along, self.y.unit(high))
 
-    def _plot(self) -> Markup:
-        return Markup(
-            '<svg class="plot" width="100%" height="100%" viewBox="0 0 {} {}" '
-            'preserveAspectRatio="none">{}</svg>'
-        ).format(WIDTH, HEIGHT, Markup("").join(map(self._curve, self.layers)))
-
-    def _curve(self, layer: Layer) -> Markup:
-        y = self.y.fraction(layer.y)
-        if layer.kind == "band":
-            top, bottom = HEIGHT * (1.0 - np.clip(y, 0.0, 1.0))
-            return Markup('<rect class="{}" y="{:.0f}" width="{}" height="{:.0f}"/>').format(
-                layer.style, min(top, bottom), WIDTH, abs(bottom - top)
-            )
-        x = self.x.fraction(layer.x)
+    def path(self, layer: Layer) -> str:
+        """A layer that is no band as a path in the plot."""
+        x, y = self.x.fraction(layer.x), self.y.fraction(layer.y)
         if layer.kind == "bound":
-            path = f"M{WIDTH * x[0]:.0f} 0v{HEIGHT}"
-        elif layer.kind == "dots":
-            path = dots_path(x, y)
-        else:
-            path = line_path(*envelope(x, y))
-        return Markup('<path class="{} {}" d="{}"/>').format(layer.kind, layer.style, path)
+            return f"M{WIDTH * x[0]:.0f} 0v{HEIGHT}"
+        return dots_path(x, y) if layer.kind == "dots" else line_path(*envelope(x, y))
 
-    def _marks(self, layer: Layer) -> Markup:
-        if layer.kind != "marks":
-            return Markup("")
+    def band(self, layer: Layer) -> tuple[str, str]:
+        """Where a band begins in the plot, from above, and its height."""
+        ends = HEIGHT * (1.0 - np.clip(self.y.fraction(layer.y), 0.0, 1.0))
+        return f"{np.min(ends):.0f}", f"{np.ptp(ends):.0f}"
+
+    def marks(self, layer: Layer) -> list[tuple[str, str]]:
+        """Places of the points of a layer that can be seen."""
         places = zip(self.x.fraction(layer.x), self.y.fraction(layer.y), strict=True)
-        sign = "▲" if layer.style == "forward" else "●"
-        return Markup('<g class="mark {}">{}</g>').format(
-            layer.style,
-            Markup("").join(
-                Markup('<text x="{}" y="{}">{}</text>').format(_percent(x), _percent(1.0 - y), sign)
-                for x, y in places
-                if 0.0 <= y <= 1.0
-            ),
-        )
-
-    def _labels(self) -> Markup:
-        return Markup(
-            '<text class="x-label" x="100%" y="100%">{}</text><text class="y-label" x="0" y="0">{}'
-            "</text>"
-        ).format(_named(*self.across, self.x), _named(*self.along, self.y))
+        return [(_percent(x), _percent(1.0 - y)) for x, y in places if 0.0 <= y <= 1.0]
 
 
 def axis_label(name: str, unit: str) -> str:
     """What a scale shows, with its unit."""
     return f"{name} ({unit})" if unit else name
-
-
-def _named(name: str, unit: str, scale: Scale) -> Markup:
-    return escape(axis_label(name, scale.unit(unit)))
 
 
 def _percent(place: float) -> str:

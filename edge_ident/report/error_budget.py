@@ -109,24 +109,19 @@ def budget_picture(key: str, budget: ErrorBudget) -> BudgetPicture:
 
 def _budget_bar(budget: ErrorBudget) -> Markup:
     """The shares side by side."""
-    parts, begin = [], 0.0
-    curves = 0
+    from edge_ident.report.page.rendering import picture  # a page alone needs it
+
+    parts, begin, curves = [], 0.0, 0
     for entry in budget.entries:
         share = max(entry.share, 0.0)
         kind = "noise" if entry.where == NOISE else "rest"
         if entry.curves or entry.named:
             kind, curves = f"part{curves % 3}", curves + 1
-        parts.append(
-            Markup(
-                '<rect class="{}" x="{:.2f}%" width="{:.2f}%" height="22"><title>{}: {}</title>'
-                "</rect>"
-            ).format(kind, 100.0 * begin, 100.0 * share, label(entry), _percent(share))
-        )
+        title = f"{label(entry)}: {_percent(share)}"
+        parts.append((kind, 100.0 * begin, 100.0 * share, title))
         begin += share
     said = "; ".join(f"{label(entry)} {_percent(entry.share)}" for entry in budget.entries)
-    return Markup(
-        '<svg class="budget" role="img" height="22" width="100%" aria-label="{}">{}</svg>'
-    ).format(f"Of the error: {said}", Markup("").join(parts))
+    return picture("budget", parts, f"Of the error: {said}")
 
 
 def _percent(share: float) -> str:

@@ -8,8 +8,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from markupsafe import Markup
-
 from edge_ident.commissioning.described_drive import DescribedDrive
 from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, Spread, spread
 from edge_ident.commissioning.register_access import code_name
@@ -143,11 +141,8 @@ def _valid(register: Register, values: tuple[float, ...]) -> bool:
 
 _WHOLE: Final = "total"
 _CELLS: Final = 24
-_WIDTH, _LEFT, _RIGHT, _ROW, _TITLE = 900, 130, 150, 20, 40
-_STYLE: Final = (
-    "text { font: 12px sans-serif; fill: #1c2430; } .title { font-weight: bold; font-size: 14px; } "
-    "rect.median { fill: #2b6cb0; } rect.slow { fill: #f0a35e; } .paper { fill: #ffffff; }"
-)
+_ROW, _TITLE = 20, 40  # pixels
+_BARS: Final = 620  # pixels of the longest run
 
 
 @dataclass(frozen=True)
@@ -197,51 +192,19 @@ def bar_texts(run: ProfileRun) -> Iterator[str]:
 
 def save_waterfall(profile: Profile, file: Path) -> None:
     """Write the waterfalls of all runs of a profile, one below the other, as an SVG picture."""
-    parts, top = [], 0
+    from edge_ident.report.page.rendering import picture  # loads jinja2
+
+    runs, top = [], 0
     for run in profile.runs:
-        every = bars(run)
-        parts.append(_drawn(run, every, top))
+        every, whole = bars(run), spread(run.stages_ms[_WHOLE])
+        title = (
+            f"{run.start}, {run.precision}: {whole.p50:.1f} ms in the median, "
+            f"{whole.p99:.1f} ms in 99 of 100 repetitions"
+        )
+        runs.append((top + _TITLE, title, _BARS / max(bar.slow_end_ms for bar in every), every))
         top += _TITLE + _ROW * len(every)
-    text = Markup(
-        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" width="{w}" height="{h}">'
-        '<style>{style}</style><rect class="paper" width="100%" height="100%"/>{parts}</svg>'
-    ).format(w=_WIDTH, h=top + _ROW, style=Markup(_STYLE), parts=Markup("").join(parts))
     with atomic_write(file) as partial:
-        partial.write_text(f"{text}\n", encoding="utf-8")
-
-
-def _drawn(run: ProfileRun, every: list[Bar], top: int) -> Markup:
-    """A run with its bars, from `top` on."""
-    per_ms = (_WIDTH - _LEFT - _RIGHT) / max(bar.slow_end_ms for bar in every)
-    whole = spread(run.stages_ms[_WHOLE])
-    parts = [
-        Markup('<text class="title" x="12" y="{y}">{title}</text>').format(
-            y=top + 26,
-            title=f"{run.start}, {run.precision}: {whole.p50:.1f} ms in the median, "
-            f"{whole.p99:.1f} ms in 99 of 100 repetitions",
-        )
-    ]
-    for row, bar in enumerate(every):
-        y = top + _TITLE + _ROW * row
-        parts.append(
-            Markup(
-                '<text x="12" y="{text_y}">{stage}</text>'
-                '<rect class="slow" x="{x:.1f}" y="{y}" width="{slow:.1f}" height="12"/>'
-                '<rect class="median" x="{x:.1f}" y="{y}" width="{median:.1f}" height="12"/>'
-                '<text x="{end:.1f}" y="{text_y}">{p50:.1f}, p99 {p99:.1f} ms</text>'
-            ).format(
-                stage=bar.stage,
-                text_y=y + 11,
-                y=y,
-                x=_LEFT + per_ms * bar.begin_ms,
-                slow=per_ms * bar.times.p99,
-                median=per_ms * bar.times.p50,
-                end=_LEFT + per_ms * bar.slow_end_ms + 6,
-                p50=bar.times.p50,
-                p99=bar.times.p99,
-            )
-        )
-    return Markup("").join(parts)
+        partial.write_text(picture("waterfall", runs, top + _ROW), encoding="utf-8")
 
 
 # A latency profile as tables.

@@ -25,6 +25,7 @@ from edge_ident.report.numbers import (
     with_interval,
 )
 from edge_ident.report.page import diagnosis_charts
+from edge_ident.report.page.rendering import picture
 from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
 
@@ -133,10 +134,7 @@ def _share(share: float, axis: AxisDiagnosis) -> str:
 
 
 def _picture(kind: str, share: float, longest: float, title: str) -> Markup:
-    return Markup(
-        '<svg class="bar" role="img" height="14" width="100%"><title>{}</title>'
-        '<line class="{}" x2="{:.2f}%" y1="7" y2="7"/></svg>'
-    ).format(title, kind, max(0.3, 100.0 * share / longest))
+    return picture("bar", kind, max(0.3, 100.0 * share / longest), title)
 
 
 @dataclass(frozen=True)

@@ -234,6 +234,12 @@ def _environment() -> Environment:
     )
 
 
+def picture(name: str, *of: Any) -> Markup:
+    """A picture by its macro in `pictures.jinja`."""
+    module = _environment().get_template("pictures.jinja").module
+    return Markup(getattr(module, name)(*of))
+
+
 def source(name: str) -> str:
     """A style sheet or script that is embedded as it is, between line breaks."""
     template, _, _ = PackageLoader(_PACKAGE).get_source(_environment(), name)

@@ -482,20 +482,15 @@ def _errors(of: Promised) -> list[float]:
 
 def _line(name: str, of: Promised, judged: int, scale: Scale) -> page.IntervalRow:
     values = [1e3 * value for value in _errors(of)]
-    at = [f"{100.0 * float(scale.fraction(np.array(value))):.2f}%" for value in values]
+    at = [100.0 * float(scale.fraction(np.array(value))) for value in values]
     now, low, high, *measured = (numbers.digits(value, 3) for value in values)
     said = f"{name}: {now} mrad with the old gains, promised {low} to {high}"
-    cross = Markup("")
+    value = now
     if measured:
-        said += f", measured {measured[0]}"
-        cross = Markup('<text x="{}" y="8">×</text>').format(at[3])
-    picture = Markup(
-        '<svg class="interval" role="img" height="16" width="100%"><title>{}</title>'
-        '<circle class="old" cx="{}" cy="8" r="4"/>'
-        '<line class="promised" x1="{}" x2="{}" y1="8" y2="8"/>{}</svg>'
-    ).format(said, *at[:3], cross)
-    value = f"{now} → {measured[0]}" if measured else now
-    return page.IntervalRow(name, value, picture, of.rms_kept(judged) is False)
+        said, value = f"{said}, measured {measured[0]}", f"{now} → {measured[0]}"
+    return page.IntervalRow(
+        name, value, page.picture("promise", said, *at), of.rms_kept(judged) is False
+    )
 
 
 def peaks_table(separation: Separation) -> Grid:

@@ -20,6 +20,7 @@ from edge_ident.report.page.rendering import (
     Provenance,
     Status,
     number,
+    picture,
     write_html,
 )
 from edge_ident.report.survey import (
@@ -278,25 +279,10 @@ def _row(name: str, of: UnitValue, scale: Scale, band: tuple[float, ...], unit: 
     )
     if of.distance is not None:
         said += f", {digits(abs(of.distance), 2)} deviations from the others"
-    at = [f"{100.0 * float(scale.fraction(np.array(v))):.2f}%" for v in (low, high, of.value)]
-    return IntervalRow(
-        name,
-        " ± ".join(to_its_std(of.value, of.std)),
-        Markup(
-            '<svg class="interval" role="img" height="16" width="100%"><title>{}</title>{}'
-            '<line x1="{}" x2="{}" y1="8" y2="8"/><circle cx="{}" cy="8" r="4"/></svg>'
-        ).format(said, _shaded(scale, band), *at),
-        of.stands_out,
-    )
-
-
-def _shaded(scale: Scale, band: tuple[float, ...]) -> Markup:
-    if not band:
-        return Markup("")
-    low, high = (100.0 * float(scale.fraction(np.array(end))) for end in band)
-    return Markup('<rect x="{:.2f}%" width="{:.2f}%" height="16"/>').format(
-        low, max(0.4, high - low)
-    )
+    places = scale.fraction(np.array([low, high, of.value, *band]))
+    left, right, middle, *shaded = (100.0 * places).tolist()
+    picture_of = picture("interval", said, left, right, middle, shaded)
+    return IntervalRow(name, " ± ".join(to_its_std(of.value, of.std)), picture_of, of.stands_out)
 
 
 def _spread(comparison: Comparison, unit: str) -> str:

@@ -18,6 +18,7 @@ from edge_ident.report.chart import (
     means,
 )
 from edge_ident.report.numbers import digits, with_interval
+from edge_ident.report.page.rendering import picture
 
 
 def points(path: str) -> list[list[tuple[int, int]]]:
@@ -103,7 +104,8 @@ def test_a_signal_that_does_not_change_can_be_drawn() -> None:
 def test_text_in_a_chart_is_text() -> None:
     line = Layer("line", "base", np.arange(3.0), np.arange(3.0), "a<b")
     scale = Scale(0.0, 2.0)
-    svg = Chart("k", "<i>", "1 & 2", ("time", "s"), ("x<y", "m"), scale, scale, (line,)).svg()
+    chart = Chart("k", "<i>", "1 & 2", ("time", "s"), ("x<y", "m"), scale, scale, (line,))
+    svg = picture("chart", chart)
     assert "&lt;i&gt;" in svg
     assert "1 &amp; 2" in svg
     assert "x&lt;y (m)" in svg
