@@ -14,31 +14,32 @@ if TYPE_CHECKING:
     from typing import Any
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> "Callable[[str], Any]":
-    """Make the `__getattr__` of a package.
+def lazy_names(package: str, folder: str) -> "tuple[Callable[[str], Any], list[str]]":
+    """Make the `__getattr__` of a package and list its names, both by its stub `__init__.pyi`.
 
     Parameters
     ----------
     package : str
         Name of the package.
-    homes : mapping of module to names
-        What each module defines of it; names are separated by spaces.
+    folder : str
+        Where the stub stands, a line `from MODULE import NAME as NAME` for each name.
 
     Returns
     -------
-    callable
+    attribute : callable
         Raises AttributeError for a name that the package does not offer. It keeps nothing: what
         a test puts in the place of a function is found.
+    names : list of str
     """
-
-    where = {name: module for module, names in homes.items() for name in names.split()}
+    with open(f"{folder}/__init__.pyi", encoding="utf-8") as stub:
+        where = {line.split()[-1]: line.split()[1] for line in stub if line.startswith("from ")}
 
     def attribute(name: str) -> "Any":
         if name not in where:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(import_module(where[name]), name)
 
-    return attribute
+    return attribute, list(where)
 
 
 def lazy_modules(package: str, *further: str) -> "Callable[[str], Any]":

@@ -56,11 +56,10 @@ def test_what_is_promised_is_exported() -> None:
 
 
 def test_names_at_run_time_are_those_that_type_checkers_see() -> None:
-    tree = ast.parse(Path(edge_ident.__file__).read_text())
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    tree = ast.parse(Path(edge_ident.__file__).with_suffix(".pyi").read_text())
     imported = {
-        alias.name: node.module
-        for node in block.body
+        alias.asname: node.module
+        for node in tree.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
