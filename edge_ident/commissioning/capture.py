@@ -354,23 +354,13 @@ def _assemble(
 # stand, the longer that must take, or the lead-in is faster than the motion itself.
 
 
-# Share of a limit that the lead-in may use where the motion itself stays below it.
-_SHARE: Final = 0.9
-_EFFORT_SHARE: Final = 0.8  # the same for the feed-forward effort: feedback needs the rest
+# Shares of the limits of position, speed, acceleration and effort that the lead-in may use where
+# the motion itself stays below them; of the effort, feedback needs the rest.
+_SHARES: Final = np.array([0.9, 0.9, 0.9, 0.8])
 _ROUNDING: Final = 1.001
 _LENGTHEN: Final = 1.1
 _LOOKS_PER_S: Final = 100
 _MOST_SAMPLES: Final = REGISTERS["trajectory.lead_in_samples"].maximum or 0.0
-
-
-@dataclass(frozen=True)
-class _Use:
-    """The most of everything that an axis is asked for."""
-
-    position_rad: float
-    speed_rad_s: float
-    acceleration_rad_s2: float
-    effort_nm: float
 
 
 class UnreachableError(MotionRefusedError):
@@ -413,13 +403,14 @@ def _fits(
     lead_in_s: float,
     rest: Mapping[str, float],
     gains: Mapping[str, AxisGains],
-    allowed: Mapping[str, _Use],
+    allowed: Mapping[str, Array],
 ) -> bool:
     times = np.linspace(-lead_in_s, 0.0, max(int(lead_in_s * _LOOKS_PER_S), 200))
     references = _references(axes, times, lead_in_s, rest)
     fastest = np.max([np.abs(of_axis.velocity_rad_s) for of_axis in references.values()], axis=0)
     stop_s = np.array([stop_duration_s(speed) for speed in fastest.tolist()])
-    return all(_within(_use(axis, references, stop_s, gains[axis]), allowed[axis]) for axis in axes)
+    uses = {axis: _use(axis, references, stop_s, gains[axis]) for axis in axes}
+    return all(bool(np.all(uses[axis] <= allowed[axis])) for axis in axes)
 
 
 def _captured(trajectory: Trajectory, rest: Mapping[str, float]) -> dict[str, Reference]:
@@ -440,46 +431,31 @@ def _references(
 
 def _use(
     axis: str, references: Mapping[str, Reference], stop_s: Array | None, gains: AxisGains
-) -> _Use:
-    """Use of its limits by one axis; `stop_s` None stops it from its own top speed."""
+) -> Array:
+    """The most (4,) that an axis is asked for: position, rad; speed, rad/s; acceleration, rad/s²;
+    effort, N*m. `stop_s` None stops it from its own top speed."""
     own = references[axis]
     other = next((of for name, of in references.items() if name != axis), None)
-    speed = _most(own.velocity_rad_s)
-    end = own.position_rad + own.velocity_rad_s / 2.0 * (
-        stop_duration_s(speed) if stop_s is None else stop_s
+    if stop_s is None:
+        stop_s = np.array(stop_duration_s(float(np.max(np.abs(own.velocity_rad_s)))))
+    end = own.position_rad + own.velocity_rad_s / 2.0 * stop_s
+    farthest = np.maximum(np.abs(own.position_rad), np.abs(end))
+    effort = exact_effort_nm(gains, own, other)[0]
+    asked = farthest, own.velocity_rad_s, own.acceleration_rad_s2, effort
+    return np.array([np.max(np.abs(values)) for values in asked])
+
+
+def _allowed(own: Array, rest_rad: float, limits: AxisLimits) -> Array:
+    """What the lead-in may ask for (4,): a share of each limit, or what the motion itself does."""
+    limit = np.array(
+        [limits.travel_rad, limits.speed_rad_s, limits.acceleration_rad_s2, limits.effort_nm]
     )
-    return _Use(
-        max(_most(own.position_rad), _most(end)),
-        speed,
-        _most(own.acceleration_rad_s2),
-        _most(exact_effort_nm(gains, own, other)[0]),
-    )
-
-
-def _allowed(own: _Use, rest_rad: float, limits: AxisLimits) -> _Use:
-    """What the lead-in may ask for: a share of each limit, or what the captured motion does."""
-    return _Use(
-        min(
-            max(_SHARE * limits.travel_rad, _ROUNDING * max(own.position_rad, abs(rest_rad))),
-            limits.travel_rad,  # near it the rounding must not lead beyond what the board allows
-        ),
-        max(_SHARE * limits.speed_rad_s, _ROUNDING * own.speed_rad_s),
-        max(_SHARE * limits.acceleration_rad_s2, _ROUNDING * own.acceleration_rad_s2),
-        max(_EFFORT_SHARE * limits.effort_nm, _ROUNDING * own.effort_nm),
-    )
-
-
-def _within(use: _Use, allowed: _Use) -> bool:
-    return (
-        use.position_rad <= allowed.position_rad
-        and use.speed_rad_s <= allowed.speed_rad_s
-        and use.acceleration_rad_s2 <= allowed.acceleration_rad_s2
-        and use.effort_nm <= allowed.effort_nm
-    )
-
-
-def _most(values: Array) -> float:
-    return float(np.max(np.abs(values)))
+    own = np.append(max(own[0], abs(rest_rad)), own[1:])
+    allowed = np.maximum(_SHARES * limit, _ROUNDING * own)
+    allowed[0] = min(
+        allowed[0], limit[0]
+    )  # so that rounding leads no farther than the board allows
+    return allowed
 
 
 # Record one motion, and nothing else.

@@ -384,18 +384,6 @@ def _one_of(allowed: tuple[str, ...], text: str) -> str:
     return text
 
 
-def _kind(_: AxisSheet, text: str) -> str:
-    return _one_of(KINDS, text)
-
-
-def _lead(_: AxisSheet, text: str) -> float:
-    return quantity(text, ("m",))[0] / _TURN
-
-
-def _ratio(_: AxisSheet, text: str) -> float:
-    return quantity(re.sub(r"\s*:\s*1$", "", text), ("",))[0]
-
-
 def _encoder_place(sheet: AxisSheet, text: str) -> str:
     places = ENCODER_PLACES if sheet.kind == "linear" else ENCODER_PLACES[:2]
     return _one_of(places, text)
@@ -435,10 +423,6 @@ def _scale_step_m(text: str) -> float:
     return step_m
 
 
-def _torque_constant(_: AxisSheet, text: str) -> float:
-    return quantity(text, ("N*m/A",))[0]
-
-
 def _motor_effort(sheet: AxisSheet, text: str, more: tuple[str, ...] = ()) -> float:
     """Torque at the gearbox output, from a torque or current of the motor, or a force."""
     value, unit = quantity(text, ("N*m", "A", *more))
@@ -464,24 +448,12 @@ def _friction(sheet: AxisSheet, text: str) -> float:
     return friction
 
 
-def _travel(sheet: AxisSheet, text: str) -> float:
-    return 0.5 * quantity(text, (sheet.unit,))[0] * sheet.rad_per_unit
-
-
 def _speed(sheet: AxisSheet, text: str) -> float:
     bases = ("rad/s", "m/s") if sheet.kind == "linear" else ("rad/s",)
     value, unit = quantity(text, bases)
     if unit in _OF_MOTOR:
         return value / sheet.gear_ratio
     return value * (sheet.rad_per_unit if unit.base == "m/s" else 1.0)
-
-
-def _acceleration(sheet: AxisSheet, text: str) -> float:
-    return quantity(text, (f"{sheet.unit}/s2",))[0] * sheet.rad_per_unit
-
-
-def _rotor_inertia(sheet: AxisSheet, text: str) -> float:
-    return quantity(text, ("kg*m2",))[0] * sheet.gear_ratio**2
 
 
 def _load(sheet: AxisSheet, text: str) -> float:
@@ -493,17 +465,17 @@ def _load(sheet: AxisSheet, text: str) -> float:
 SHEET_ENTRIES: Final = (
     Entry(
         "kind", "Kind of axis: linear (screw, belt or rack) or rotary", "",
-        "kind", _kind, default="linear",
+        "kind", lambda _, text: _one_of(KINDS, text), default="linear",
     ),
     Entry(
         "lead", "Lead: travel for one turn of the screw, pulley or pinion, in mm", None,
-        "screw_lead_m_per_rad", _lead, "m/rad",
+        "screw_lead_m_per_rad", lambda _, text: quantity(text, ("m",))[0] / _TURN, "m/rad",
         bare=("mm", "mm"),
     ),
     Entry(
         "gear_ratio", "Gear ratio: turns of the motor for one turn of the screw; 1: no gearbox",
         "Gear ratio: turns of the motor for one turn of the axis; 1: no gearbox",
-        "gear_ratio", _ratio,
+        "gear_ratio", lambda _, text: quantity(re.sub(r"\s*:\s*1$", "", text), ("",))[0],
     ),
     Entry(
         "encoder_at", "Place of the encoder: motor, output (of the gearbox) or table (a scale)",
@@ -517,7 +489,7 @@ SHEET_ENTRIES: Final = (
     ),
     Entry(
         "torque_constant", "Torque constant of the motor, in Nm/A, if you give currents", "",
-        "torque_constant", _torque_constant, "N*m/A", default="",
+        "torque_constant", lambda _, text: quantity(text, ("N*m/A",))[0], "N*m/A", default="",
         bare=("Nm/A", "Nm/A"),
     ),
     Entry(
@@ -527,7 +499,9 @@ SHEET_ENTRIES: Final = (
     ),
     Entry(
         "travel", "Travel from end to end, in mm", "Travel from end to end, in degrees",
-        "travel_limit_rad", _travel, "rad, either way from the middle",
+        "travel_limit_rad",
+        lambda sheet, text: 0.5 * quantity(text, (sheet.unit,))[0] * sheet.rad_per_unit,
+        "rad, either way from the middle",
         bare=("mm", "deg"),
     ),
     Entry(
@@ -538,12 +512,15 @@ SHEET_ENTRIES: Final = (
     ),
     Entry(
         "acceleration", "Acceleration of the table, in m/s2", "Acceleration of the axis, in rad/s2",
-        "acceleration_rad_s2", _acceleration, "rad/s^2 at the gearbox output", default="",
+        "acceleration_rad_s2",
+        lambda sheet, text: quantity(text, (f"{sheet.unit}/s2",))[0] * sheet.rad_per_unit,
+        "rad/s^2 at the gearbox output", default="",
         bare=("m/s2", "rad/s2"),
     ),
     Entry(
         "rotor_inertia", "Inertia of the motor, in kgcm2", "",
-        "rotor_inertia", _rotor_inertia, "kg*m^2 at the gearbox output", default="",
+        "rotor_inertia", lambda sheet, text: quantity(text, ("kg*m2",))[0] * sheet.gear_ratio**2,
+        "kg*m^2 at the gearbox output", default="",
         bare=("kgcm2", "kgcm2"),
     ),
     Entry(
