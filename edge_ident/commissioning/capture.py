@@ -442,7 +442,7 @@ def _use(
     farthest = np.maximum(np.abs(own.position_rad), np.abs(end))
     effort = exact_effort_nm(gains, own, other)[0]
     asked = farthest, own.velocity_rad_s, own.acceleration_rad_s2, effort
-    return np.array([np.max(np.abs(values)) for values in asked])
+    return np.array([float(np.max(np.abs(values))) for values in asked])
 
 
 def _allowed(own: Array, rest_rad: float, limits: AxisLimits) -> Array:
@@ -452,10 +452,8 @@ def _allowed(own: Array, rest_rad: float, limits: AxisLimits) -> Array:
     )
     own = np.append(max(own[0], abs(rest_rad)), own[1:])
     allowed = np.maximum(_SHARES * limit, _ROUNDING * own)
-    allowed[0] = min(
-        allowed[0], limit[0]
-    )  # so that rounding leads no farther than the board allows
-    return allowed
+    allowed[0] = min(allowed[0], limit[0])  # rounding leads no farther than the board allows
+    return np.asarray(allowed)
 
 
 # Record one motion, and nothing else.
