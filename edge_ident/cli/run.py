@@ -173,11 +173,9 @@ def run(
     with noting(done):
         with session(motions.context, where, results.output, _WRITES, hidden) as opened:
             motions.check_time(opened.drive)
-            board, folder, loaded = opened.board, opened.folder, network.load()
+            board, drive, folder, loaded = opened.board, opened.drive, opened.folder, network.load()
             with shown_progress() as bars:
-                outcome = commissioning.run.commission(
-                    board, opened.drive, loaded, plan, folder, bars
-                )
+                outcome = commissioning.run.commission(board, drive, loaded, plan, folder, bars)
                 done.append(outcome.conclusion)  # a full disk or Ctrl-C no longer changes it
         outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
         document = report.run_documents.run_document(outcome, board.identity, loaded, folder)

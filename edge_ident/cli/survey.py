@@ -84,22 +84,12 @@ def survey(
     options.check_no_run(kept := output or folder / "edge-ident-survey")
     with shown_progress() as bars:
         found = edge_ident.survey(
-            folder,
-            units=units,
-            pattern=files,
-            options=reading.options(),
-            model=options.given_model(model),
-            diagnose=not no_diagnose,
-            jobs=jobs,
-            cluster=cluster,
-            output=kept,
-            on_progress=bars.show,
-            on_recording=_tell,
-        )
-    document, written = (
-        report.survey.survey_document(found),
-        report.survey.write_survey_tables(found, kept),
-    )
+            folder, units=units, pattern=files, options=reading.options(),
+            model=options.given_model(model), diagnose=not no_diagnose, jobs=jobs, cluster=cluster,
+            output=kept, on_progress=bars.show, on_recording=_tell,
+        )  # fmt: skip
+    document = report.survey.survey_document(found)
+    written = report.survey.write_survey_tables(found, kept)
     say(f"written: {report.survey_page.write_survey_page(found, document, kept, machine, folder)}")
     options.deliver(document, "survey.json", kept, json)
     if not any(path.suffix == ".parquet" for path in written):

@@ -132,15 +132,14 @@ def answer(
     chosen = _chosen(estimates, diagnosed, bases, network)
     columns, signals = estimates.part.columns, chosen.compensated.signals
     effects, times_s = chosen.compensated.effects_effort[samples], signals.times_s(samples)
-    measured = signals.effort[samples] + effects
-    modelled = columns.values @ chosen.estimate.parameters + effects
+    effort = signals.effort + chosen.compensated.effects_effort
+    measured, modelled = effort[samples], columns.values @ chosen.estimate.parameters + effects
     axis, metric = estimates.recording.axes[estimates.name], metrics.compare(measured, modelled)
-    seen = trust.range_of(
-        signals, axis, samples, signals.effort + chosen.compensated.effects_effort
-    )
+    seen = trust.range_of(signals, axis, samples, effort)
     doubts = chosen.doubts(columns, measured, metric.relative_residual)
     findings = _findings(estimates, outcome, seen, chosen, doubts)
-    findings += _disagreement(estimates.adequacy, network, linear)
+    if network and estimates.adequacy.adequate:
+        findings += trust.compare_estimators(network, linear)
     return AxisIdentification(
         estimate=chosen.estimate,
         line=chosen.line,
@@ -163,13 +162,6 @@ def answer(
         end_s=_end_s(estimates.recording, float(times_s[-1]), diagnosed),
         trace=EffortTrace(times_s, measured, modelled),
     )
-
-
-def _disagreement(
-    adequacy: Adequacy, network: model.Estimate | None, linear: model.Estimate
-) -> list[trust.Finding]:
-    """Where network and least squares contradict each other on an adequate model."""
-    return trust.compare_estimators(network, linear) if network and adequacy.adequate else []
 
 
 def _model(chosen: _Choice, axis: AxisRecord, seen: model.SupportedRange) -> model.AxisModel:
