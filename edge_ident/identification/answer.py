@@ -127,7 +127,6 @@ def answer(
     diagnosed, samples = None if isinstance(outcome, DataError) else outcome, estimates.part.samples
     bases = _bases(estimates)
     linear, whitened = (base.estimate for base in bases)
-    # slow noise moves both answers alike; the network's own figures know white noise alone
     network = None if estimates.network is None else _widened(estimates.network, linear.std)
     chosen = _chosen(estimates, diagnosed, bases, network)
     columns, signals = estimates.part.columns, chosen.compensated.signals
@@ -310,6 +309,7 @@ def _line(
 
 
 def _widened(estimate: model.Estimate, by: Array) -> model.Estimate:
+    # slow noise moves both answers alike, and the network's own figures know white noise alone;
     # errors of different origin are independent: they add in squares
     return model.Estimate(estimate.parameters, np.hypot(estimate.std, by))
 
