@@ -50,7 +50,7 @@ Speed = Annotated[
     setting(
         "--speed FACTOR",
         "Speed of time in the board: a factor of real time, or max for as fast as possible. "
-        "At other factors than 1, doctor finds that the board's clock is wrong.",
+        "If it is not 1, doctor says that the board's clock is wrong.",
     ),
 ]
 PressStop = Annotated[
@@ -94,11 +94,11 @@ def board(
 
     The board keeps its gains, faults and positions from one command to the next. Modbus has no
     authentication: anyone who can connect to the port controls the board. Only this computer can
-    connect unless --bind gives another address. The name of the device is printed; with --output it
-    is also written to board.json in that folder. What --hide or --hide-seed hides in the drive is
-    not printed; the same options with --reveal print it and start no board. A failure of --fail is
-    printed when it happens. --press-stop presses and releases the wired emergency stop of the board
-    that runs at --link, or at the device of EDGE_IDENT_DEVICE.
+    connect unless --bind gives another address. With --output, the name of the device is also
+    written to board.json. What --hide or --hide-seed hides in the drive is not printed; the same
+    options with --reveal print it and start no board. A failure of --fail is printed when it
+    happens. --press-stop presses and releases the wired emergency stop of the board that runs at
+    --link, or at the device of EDGE_IDENT_DEVICE.
 
     Example: `edge-ident board --pty --speed 10`
 
@@ -219,8 +219,8 @@ def plant(
     """Serve the virtual drive without a board, for firmware to control, until Ctrl-C.
 
     The reference firmware connects to it with its option --plant PATH. Every connection gets a new
-    drive at rest. The path is printed; with --output it is also written to plant.json in that
-    folder. With --reveal, what the same options hide is printed, and no drive is served.
+    drive at rest. With --output, the path is also written to plant.json. With --reveal, what the
+    same options hide is printed, and no drive is served.
 
     Example: `edge-ident plant --socket ./drive --hide backlash`
     """

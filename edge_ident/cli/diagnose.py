@@ -42,8 +42,7 @@ Stability = Annotated[
 KeepMinor = Annotated[
     bool,
     option(
-        "--keep-minor",
-        "Keep causes in the model, too, that are supported but smaller than --tolerance.",
+        "--keep-minor", "Also keep supported causes in the model that are smaller than --tolerance."
     ),
 ]
 
@@ -81,9 +80,9 @@ def diagnose(
 ) -> None:
     """Find out what the base model gets wrong, and extend it by physical causes.
 
-    The base model is a rigid body with friction. The result is printed; with --output, a page
-    (report.html), diagnosis.json and the extended model (model.json) are written to that folder,
-    which must not be that of a run.
+    The base model is a rigid body with friction. With --output, a page (report.html),
+    diagnosis.json and the extended model (model.json) are written to that folder, which must not be
+    that of a run.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
     """

@@ -83,7 +83,7 @@ class FileOptions:
         option(
             "--effort-encoding ENCODING",
             "How the file codes the sign of the effort: uint16 (two's complement that was "
-            "read as unsigned; also uint8, uint32, uint64) sign-magnitude (the highest "
+            "read as unsigned; also uint8, uint32, uint64), sign-magnitude (the highest "
             "bit is the sign), or opposite (it counts against the position).",
         ),
     ] = None
@@ -91,8 +91,8 @@ class FileOptions:
         float,
         option(
             "--effort-shift SECONDS",
-            "When the effort of a row acted, relative to its position, in s: 0.1 where a "
-            "row has the effort of 0.1 s after its position.",
+            "Time in s by which the effort of a row acted after its position: 0.1 if a row "
+            "holds the effort of 0.1 s later.",
         ),
     ] = 0.0
     axis: Annotated[

@@ -72,8 +72,8 @@ def design(
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
 
-    The gains are printed; with --output they are also written to gains.json in that folder, from
-    which `edge-ident gains stage` can write them to a board.
+    With --output, the gains are also written to gains.json, from which `edge-ident gains stage` can
+    write them to a board.
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
     """
@@ -176,8 +176,8 @@ def show(
 ) -> None:
     """Show the active and the staged gains of a board.
 
-    With --model or --recording, the margins and the tracking error are predicted. The gains are
-    printed; with --output they are also written to board_gains.json in that folder.
+    With --model or --recording, the margins and the tracking error are predicted. With --output,
+    the gains are also written to board_gains.json.
 
     Example: `edge-ident gains show --device /dev/ttyACM0 --model model.json`
     """
@@ -205,7 +205,7 @@ def diff(
 ) -> None:
     """Compare the gains of a file with the active gains; nothing is written to the board.
 
-    The comparison is printed; with --output it is also written to board_gains.json in that folder.
+    With --output, the comparison is also written to board_gains.json.
 
     Example: `edge-ident gains diff gains.json --device /dev/ttyACM0 --recording capture.npz`
     """
@@ -229,8 +229,8 @@ def stage(
 ) -> None:
     """Check the gains of a file and write them to the board without activating them.
 
-    The active gains are backed up first, and the new ones are read back. The result is printed;
-    with --output it is also written to board_gains.json in that folder.
+    The active gains are backed up first, and the new ones are read back. With --output, the result
+    is also written to board_gains.json.
 
     Example: `edge-ident gains stage gains.json --device /dev/ttyACM0 --model model.json`
     """
@@ -261,9 +261,9 @@ def commit(
 ) -> None:
     """Activate the staged gains; they are kept if two motions follow as well as forecast.
 
-    The machine does two motions with the old gains and, if the forecast of the tracking error is
-    at least 5 % better, again with the new ones. Otherwise nothing is activated. The result is
-    printed; with --output it is also written to board_gains.json in that folder.
+    The machine does two motions with the old gains and, if the forecast of the tracking error is at
+    least 5 % better, again with the new ones. Otherwise nothing is activated. With --output, the
+    result is also written to board_gains.json.
 
     Example: `edge-ident gains commit --device /dev/ttyACM0`
     """
@@ -290,8 +290,8 @@ def commit(
 def rollback(*, where: options.BoardOptions, results: options.ResultOptions) -> None:
     """Return to the previous gains while the new ones are not confirmed.
 
-    To return to older gains, use restore. The result is printed; with --output it is also written
-    to board_gains.json in that folder.
+    To return to older gains, use restore. With --output, the result is also written to
+    board_gains.json.
 
     Example: `edge-ident gains rollback --device /dev/ttyACM0`
     """
@@ -313,8 +313,8 @@ def store(
 ) -> None:
     """Write the active gains to the permanent memory of the board.
 
-    They are then active after the next power-up. The result is printed; with --output it is also
-    written to board_gains.json in that folder.
+    They are then active after the next power-up. With --output, the result is also written to
+    board_gains.json.
 
     Example: `edge-ident gains store --device /dev/ttyACM0`
     """
@@ -342,8 +342,8 @@ def restore(
 ) -> None:
     """Stage the gains of a backup and activate them; they are kept if a motion ends without fault.
 
-    The machine moves once, with the restored gains. The result is printed; with --output it is
-    also written to board_gains.json in that folder.
+    The machine moves once, with the restored gains. With --output, the result is also written to
+    board_gains.json.
 
     Example: `edge-ident gains restore edge-ident-gains/board-1-….json --device /dev/ttyACM0`
     """

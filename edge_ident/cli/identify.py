@@ -37,8 +37,8 @@ def identify(
 
     If a rigid body with friction does not describe an axis, the axis is diagnosed, and the
     parameters are those of the extended model. With --model, the effects of that model are
-    compensated first. The result is printed; with --output, identification.json and model.json are
-    written to that folder, which must not be that of a run.
+    compensated first. With --output, identification.json and model.json are written to that folder,
+    which must not be that of a run.
 
     Example: `edge-ident identify recording.csv --column pos=x_position_rad --json`
     """
@@ -97,8 +97,7 @@ def compare(
 ) -> None:
     """Identify a recording with every method, from the same signals, and compare the results.
 
-    The comparison is printed; with --output, comparison.json and comparison.png are written to
-    that folder.
+    With --output, comparison.json and comparison.png are written to that folder.
 
     Example: `edge-ident compare recording.csv --output comparison`
     """

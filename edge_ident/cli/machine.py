@@ -123,8 +123,8 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
 def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOptions) -> None:
     """Hold the axes where they stand, with the effort on, so that you can push against them.
 
-    How far each axis was pushed and the largest effort are printed; with --output they are also
-    written to hold.json in that folder. The effort is switched off at the end and on Ctrl-C.
+    The command prints how far each axis was pushed, and the largest effort; with --output, also to
+    hold.json. The effort is switched off at the end and on Ctrl-C.
 
     Example: `edge-ident hold --seconds 20 --device /dev/ttyACM0`
     """
@@ -144,8 +144,7 @@ def stop(*, context: typer.Context, where: BoardOptions, results: ResultOptions)
     ends; a command of the same user on this computer is interrupted as by Ctrl-C. The command fails
     if the effort stays on, or if another host keeps the board. Invalid settings are reported and
     ignored. Closing the terminal does not end the command; Ctrl-C does, and the machine may then
-    still be moving. The state of the board is printed; with --output it is also written to
-    state.json.
+    still be moving. With --output, the state of the board is also written to state.json.
 
     Example: `edge-ident stop --device /dev/ttyACM0`
     """
@@ -175,7 +174,7 @@ def _with_readable_drive(context: typer.Context, where: BoardOptions) -> BoardOp
 def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
     """Clear a latched fault after its cause is removed and the machine is at rest.
 
-    The state of the board is printed; with --output it is also written to state.json.
+    With --output, the state of the board is also written to state.json.
 
     Example: `edge-ident clear-fault --device /dev/ttyACM0`
     """
@@ -200,8 +199,8 @@ def _report_state(status: "BoardStatus", results: ResultOptions) -> None:
 def ports(*, baud_rate: BaudRate = None, results: ResultOptions) -> None:
     """List the serial ports, and which of them has a board.
 
-    A few bytes are sent to every port. Unplug devices that must not receive them. The list is
-    printed; with --output it is also written to ports.json in that folder.
+    A few bytes are sent to every port. Unplug devices that must not receive them. With --output,
+    the list is also written to ports.json.
 
     Example: `edge-ident ports --baud-rate 921600`
     """
@@ -225,8 +224,8 @@ def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
 
     The checks cover packages, networks, ModemManager, and access rights and latency timers of
     serial ports; with a device also register map, state, round-trip time, clock and jitter. No axis
-    moves, and nothing is written to the board. The result is printed; with --output it is also
-    written to doctor.json in that folder.
+    moves, and nothing is written to the board. With --output, the result is also written to
+    doctor.json.
 
     Example: `edge-ident doctor --device /dev/ttyACM0`
     """
@@ -273,7 +272,7 @@ def registers(
     """Print the register map or, with a device, the values on the board; write a register.
 
     A value is written only if it is within the range of the register and the board is idle. It is
-    read back. The registers are printed; with --output they are also written to registers.json.
+    read back. With --output, the registers are also written to registers.json.
 
     Example: `edge-ident registers watchdog.timeout --write 0.5 --yes --device /dev/ttyACM0`
     """

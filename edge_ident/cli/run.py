@@ -151,8 +151,8 @@ def run(
     The gains are designed for the machine as it is, also where its model is incomplete. They keep
     their stability margins for all parameters within their 95 % intervals. After writing they are
     read back. They stay if no axis follows worse on two motions; otherwise the old gains are
-    restored. These motions serve to design better gains: at most three sets are written, each if
-    the forecast promises at least 5 % less tracking error.
+    restored. From these motions, better gains are designed. At most three sets are written, and
+    each only if the forecast promises at least 5 % less tracking error.
 
     Then each axis is diagnosed whose base model (rigid body and friction) is not enough. If several
     explanations remain, the command designs, announces and makes further motions. Ctrl-C ends the
