@@ -35,7 +35,7 @@ GROUPS: Final = {
         "identify": "identify",
         "diagnose": "diagnose",
         "plan": "diagnose",
-        "survey": "survey",
+        "survey": "identify",
         "compare": "identify",
     },
     "Without a machine": {"simulate": "board", "board": "board", "plant": "board"},

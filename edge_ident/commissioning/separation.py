@@ -258,7 +258,7 @@ def judged(
     study: Study, earlier: Sequence[IdentificationMotion], made: IdentificationMotion
 ) -> IdentificationMotion:
     """A motion with what is known once it is diagnosed together with those before."""
-    from edge_ident.experiment.together import diagnose_together
+    from edge_ident.experiment.plan import diagnose_together
 
     before, motions = diagnoses(made.found), (*earlier, made)
     seen = identify(made.recording, None, model=study.model, diagnose=False)

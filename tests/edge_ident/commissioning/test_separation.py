@@ -19,7 +19,7 @@ from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.experiment import plan as planning
-from edge_ident.experiment import together
+from edge_ident.experiment import plan as together
 from edge_ident.experiment.limits import Use
 from edge_ident.experiment.result import AxisUse, LeftOut, MotionPlan, PlannedPair, Why
 from edge_ident.identification.identify import identify

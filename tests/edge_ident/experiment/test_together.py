@@ -8,7 +8,7 @@ import pytest
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
-from edge_ident.experiment import together
+from edge_ident.experiment import plan as together
 from edge_ident.experiment.limits import Load
 from edge_ident.experiment.open_causes import explanations, is_open, questions
 from edge_ident.experiment.result import MotionPlan, PlannedPair, Why
