@@ -6,7 +6,7 @@ twentieth.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -80,7 +80,7 @@ class Finding:
     code: str
     message: str
     next_step: str
-    blocks: bool
+    blocks: bool = False
     contradicts: bool = False
 
 
@@ -105,18 +105,15 @@ def check_estimate(
     """
     rms_effort = float(np.sqrt(np.mean(effort**2)))
     rms_columns = np.sqrt(np.mean(columns.values**2, axis=0))
-    findings = []
-    if relative_residual > RESIDUAL_LIMIT:
-        findings.append(
-            Finding(
-                "poor_fit",
-                f"over all samples, the model leaves {relative_residual:.1%} of the effort "
-                f"(limit {RESIDUAL_LIMIT:.0%})",
-                "check the units, and look for effects that the model lacks: a changing load, "
-                "backlash, ripple",
-                blocks=True,
-            )
-        )
+    poor_fit = Finding(
+        "poor_fit",
+        f"over all samples, the model leaves {relative_residual:.1%} of the effort "
+        f"(limit {RESIDUAL_LIMIT:.0%})",
+        "check the units, and look for effects that the model lacks: a changing load, backlash, "
+        "ripple",
+        blocks=True,
+    )
+    findings = [poor_fit] if relative_residual > RESIDUAL_LIMIT else []
     findings += _inseparable(columns)
     for index in range(len(PARAMETERS)):
         finding = _check_parameter(index, estimate, rms_columns, rms_effort)
@@ -162,7 +159,6 @@ def with_timing(doubts: list[Finding], timing: Timing) -> list[Finding]:
         "the recording does not show how late the effort is, and friction follows that: its "
         f"interval allows for ± {LARGEST_SHIFT:g} samples",
         "record at a higher sample rate, so that the filter leaves more between two reversals",
-        blocks=False,
     )
     return [unknown, *doubts]
 
@@ -228,7 +224,6 @@ def _check_parameter(
             f"{spoken} is known only to ±{std / value:.0%}: it makes up "
             f"{share:.1%} of the effort in this motion",
             _better_motion(index, std / value, float(rms_columns[0]), share),
-            blocks=False,
         )
     return None
 
@@ -246,7 +241,6 @@ def _beside_line(
         finding,
         message=f"{finding.message}; it trades places with other terms of the friction. Of the "
         f"line through the friction curve it is {value:.4g} ± {std:.2g}",
-        blocks=False,
     )
 
 
@@ -291,7 +285,6 @@ def tied_to_time(effects: tuple[str, ...]) -> list[Finding]:
             f"{effect} was compensated at the times that the model gives, counted from the first "
             "sample",
             "remove it from the model file, unless this is the recording that it was found in",
-            blocks=False,
         )
         for effect in effects
     ]
@@ -333,82 +326,57 @@ def describe_data(signals: Signals, stamp_jitter: float = 0.0, lost_rows: int = 
     lost_rows : int
         See `edge_ident.signals.recording.Recording`.
     """
-    findings = _of_stamps(stamp_jitter, lost_rows)
-    if signals.jitter > UNEVEN and not lost_rows:
-        findings.append(
-            Finding(
-                "uneven_sampling",
-                f"time stamps are up to {signals.jitter:.2g} sampling periods off an even "
-                "grid; samples were interpolated",
-                "record with the board's clock if results look noisy",
-                blocks=False,
-            )
-        )
-    findings += _unknown(signals)
-    standing = 1.0 - float(np.mean(signals.moving))
-    if standing > 0 and not signals.unknown_share:
-        findings.append(
-            Finding(
-                "standstill",
-                f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
-                "this part was not used",
-                "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
-                blocks=False,
-            )
-        )
-    return findings
+    return list(_of_data(signals, stamp_jitter, lost_rows))
 
 
-def _of_stamps(stamp_jitter: float, lost_rows: int) -> list[Finding]:
-    """What the time stamps did not tell, and the position did."""
-    findings = []
+def _of_data(signals: Signals, stamp_jitter: float, lost_rows: int) -> Iterator[Finding]:
     if stamp_jitter:
-        findings.append(
-            Finding(
-                "jittering_stamps",
-                even_rows_sentence(stamp_jitter),
-                "record with the board's clock, or read the file with --period",
-                blocks=False,
-            )
+        yield Finding(
+            "jittering_stamps",
+            even_rows_sentence(stamp_jitter),
+            "record with the board's clock, or read the file with --period",
         )
     if lost_rows:
-        findings.append(
-            Finding(
-                "lost_rows",
-                lost_rows_sentence(lost_rows),
-                "look for a recorder that is too slow or a line that drops packets",
-                blocks=False,
-            )
+        yield Finding(
+            "lost_rows",
+            lost_rows_sentence(lost_rows),
+            "look for a recorder that is too slow or a line that drops packets",
         )
-    return findings
+    elif signals.jitter > UNEVEN:
+        yield Finding(
+            "uneven_sampling",
+            f"time stamps are up to {signals.jitter:.2g} sampling periods off an even "
+            "grid; samples were interpolated",
+            "record with the board's clock if results look noisy",
+        )
+    yield from _unknown(signals)
+    standing = 1.0 - float(np.mean(signals.moving))
+    if standing > 0 and not signals.unknown_share:
+        yield Finding(
+            "standstill",
+            f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
+            "this part was not used",
+            "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
+        )
 
 
-def _unknown(signals: Signals) -> list[Finding]:
+def _unknown(signals: Signals) -> Iterator[Finding]:
     """Samples inside gaps of the time stamps, or with a clipped effort."""
     share, clipped = signals.unknown_share, signals.clipped_share
     if share < _FEW_UNKNOWN:
-        return []
+        return
+    said = (
+        f"in {share:.1%} of the recording the effort is clipped at its highest or lowest value, or "
+        "samples are missing; this part was not used"
+    )
+    next_step = "record with a larger range of the effort, a gentler motion, and without pauses"
+    most = UNKNOWN_LIMIT
     if clipped < _FEW_UNKNOWN:  # an effort that is clipped says less than one that is not there
-        return [
-            Finding(
-                "clipped_or_missing",
-                f"{share:.1%} of the recording lies in gaps of the time stamps; this part was not "
-                "used",
-                "record without pauses",
-                blocks=share > _MOST_MISSING,
-                contradicts=share > _MOST_MISSING,
-            )
-        ]
-    return [
-        Finding(
-            "clipped_or_missing",
-            f"in {share:.1%} of the recording the effort is clipped at its highest or lowest "
-            "value, or samples are missing; this part was not used",
-            "record with a larger range of the effort, a gentler motion, and without pauses",
-            blocks=share > UNKNOWN_LIMIT,
-            contradicts=share > UNKNOWN_LIMIT,
+        said = (
+            f"{share:.1%} of the recording lies in gaps of the time stamps; this part was not used"
         )
-    ]
+        next_step, most = "record without pauses", _MOST_MISSING
+    yield Finding("clipped_or_missing", said, next_step, share > most, share > most)
 
 
 # Where a motion leaves the range in which a model's terms were supported.
@@ -497,15 +465,12 @@ def departures(terms: Sequence[Term], seen: SupportedRange, axis: AxisRecord) ->
             for departure in supported.left_by(seen)
         ]
         if left:
-            found.append(
-                Finding(
-                    "outside_support",
-                    f"the motion leaves the range in which {', '.join(dict.fromkeys(effects))} "
-                    f"was supported: {', '.join(left)}",
-                    "diagnose a recording of this motion; outside the range the model extrapolates",
-                    blocks=False,
-                )
+            said = (
+                f"the motion leaves the range in which {', '.join(dict.fromkeys(effects))} was "
+                f"supported: {', '.join(left)}"
             )
+            step = "diagnose a recording of this motion; outside the range the model extrapolates"
+            found.append(Finding("outside_support", said, step))
     return found
 
 
@@ -523,7 +488,7 @@ def check_tracking(recordings: Sequence[Recording], name: str) -> list[Finding]:
         if seen is not None and seen.off:
             said = seen.sentence(recording.axes[name].position_unit)
             where = f"in {recording.source}, " if len(recordings) > 1 else ""
-            found.append(Finding(OFF, where + said, seen.next_step, blocks=False))
+            found.append(Finding(OFF, where + said, seen.next_step))
     return found
 
 

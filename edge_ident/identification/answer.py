@@ -360,15 +360,10 @@ def describe_model(
                 "not_diagnosed",
                 f"{adequacy.reason}; this could not be diagnosed: {outcome.cause}",
                 f"{outcome.next_step}; the intervals include what parts of the motion change",
-                blocks=False,
             )
         ]
     if outcome is None:
-        return [
-            trust.Finding(
-                "base_inadequate", adequacy.reason, f"have it diagnosed: {PAGE}", blocks=False
-            )
-        ]
+        return [trust.Finding("base_inadequate", adequacy.reason, f"have it diagnosed: {PAGE}")]
     said = extended or not outcome.verdict.complete
     # what the base model alone hardly determines is no doubt about another model's parameters
     of_answer = [f for f in outcome.findings if not (extended and f.code == "undetermined")]
@@ -391,7 +386,6 @@ def _of_several_axes(diagnosed: "AxisDiagnosis") -> list[trust.Finding]:
             "chosen among many, and the deviations do not know of that",
             "let another motion confirm it: edge-ident diagnose FILE --validate OTHER --output "
             "DIR, then edge-ident identify FILE --model DIR/model.json",
-            blocks=False,
         )
     ]
 
@@ -406,7 +400,7 @@ def describe_scales(recording: Recording, name: str, inertia: float) -> list[tru
     unit = recording.axes[name].parameter_units[0]
     asked = scale_checks.check_scale(recording, name)
     return [
-        trust.Finding(question.code, question.message, question.next_step, blocks=False)
+        trust.Finding(question.code, question.message, question.next_step)
         for question in asked + scale_checks.check_inertia(name, inertia, unit)
     ]
 
@@ -420,7 +414,6 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[trust.Finding]:
                 diagnosed.verdict.value,
                 findings_sentence(diagnosed),
                 f"see on its page what is left, and where: {PAGE}",
-                blocks=False,
             )
         ]
     found = listed(
@@ -434,7 +427,6 @@ def _verdict(diagnosed: "AxisDiagnosis") -> list[trust.Finding]:
             f"the base model lacks {found}; with it the model leaves "
             f"{diagnosed.extended.fitted:.2%} of the effort",
             f"read its page before you adjust the machine: {PAGE}",
-            blocks=False,
         )
     ]
 
