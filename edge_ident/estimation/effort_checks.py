@@ -65,12 +65,13 @@ def check_effort(signals: Signals, part: least_squares.EstimationPart) -> list[F
         What to judge by.
     """
     columns, effort = part.columns, signals.effort[part.samples]
-    return (
+    found = (
         _copy_of_velocity(columns.values[:, 1], effort)
         or _wrong_sign(columns, effort)
         or _recorded_late(signals, part.samples)
         or _unrelated(columns, effort)
     )
+    return [found] if found else []
 
 
 def unbounded(regressor: Array, effort: Array) -> Estimate:
@@ -100,50 +101,46 @@ def unphysical(estimate: Estimate) -> list[Finding]:
     ]
 
 
-def _wrong_sign(columns: least_squares.Columns, effort: Array) -> list[Finding]:
+def _wrong_sign(columns: least_squares.Columns, effort: Array) -> Finding | None:
     """Inertia negative, and friction that drives the motion."""
     inertia, viscous, coulomb = (columns.solved(effort, _RANK) / columns.length)[:3]
     velocity, direction = columns.values[:, 1], columns.values[:, 2]
     friction = float(np.mean(velocity * (viscous * velocity + coulomb * direction)))
     if inertia >= 0.0 or friction >= 0.0:  # as a rule; deviations would take most of the time
-        return []
+        return None
     found = _unbounded(columns, effort)
     negative = found.parameters[:3] < -CERTAIN_SIGN * found.std[:3]
     if not (negative[0] and (negative[1] or negative[2])):
-        return []
-    return [
-        Finding(
-            "effort_sign",
-            f"inertia ({inertia:.3g}) and friction (viscous {viscous:.3g}, Coulomb {coulomb:.3g}) "
-            "are all negative: the effort has the wrong sign against the position",
-            "multiply the effort by -1: edge-ident identify FILE --effort-encoding opposite",
-            blocks=True,
-            contradicts=True,
-        )
-    ]
+        return None
+    return Finding(
+        "effort_sign",
+        f"inertia ({inertia:.3g}) and friction (viscous {viscous:.3g}, Coulomb {coulomb:.3g}) "
+        "are all negative: the effort has the wrong sign against the position",
+        "multiply the effort by -1: edge-ident identify FILE --effort-encoding opposite",
+        blocks=True,
+        contradicts=True,
+    )
 
 
-def _copy_of_velocity(velocity: Array, effort: Array) -> list[Finding]:
+def _copy_of_velocity(velocity: Array, effort: Array) -> Finding | None:
     """An effort that is a multiple of the velocity and nothing else."""
     factor = float(velocity @ effort) / max(float(velocity @ velocity), _TINY)
     left = np.linalg.norm(effort - factor * velocity)
     if left > _COPY * np.linalg.norm(effort):
-        return []
-    return [
-        Finding(
-            "effort_is_velocity",
-            f"the effort is {factor:.4g} times the velocity but for "
-            f"{left / max(float(np.linalg.norm(effort)), _TINY):.1g} of it: a machine has "
-            "inertia and friction too",
-            "check which signal the effort column holds; a computed velocity belongs in a column "
-            "<axis>_velocity_rad_s or _m_s",
-            blocks=True,
-            contradicts=True,
-        )
-    ]
+        return None
+    return Finding(
+        "effort_is_velocity",
+        f"the effort is {factor:.4g} times the velocity but for "
+        f"{left / max(float(np.linalg.norm(effort)), _TINY):.1g} of it: a machine has "
+        "inertia and friction too",
+        "check which signal the effort column holds; a computed velocity belongs in a column "
+        "<axis>_velocity_rad_s or _m_s",
+        blocks=True,
+        contradicts=True,
+    )
 
 
-def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
+def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> Finding | None:
     """An effort that fits the motion only a good while earlier or later.
 
     At one frequency a shift is any phase, and a spring, a hysteresis or a vibration in the loop
@@ -157,7 +154,7 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
     inside = part[(part >= -shifts[0]) & (part < len(signals.effort) - shifts[-1])]
     inside = inside[:: -(-len(inside) // _MOST) or 1]
     if len(inside) < _FEWEST or not reach:
-        return []
+        return None
     basis = np.linalg.qr(signals.regressor[inside])[0]
     blocks = np.array_split(shifts, -(-len(shifts) * len(inside) // _AT_ONCE))
     left = np.concatenate([_left_of(signals.effort[inside + b[:, None]], basis) for b in blocks])
@@ -168,25 +165,23 @@ def _recorded_late(signals: Signals, part: NDArray[np.intp]) -> list[Finding]:
         or left[best] > _FALLS * left[reach]
         or left[best] > RESIDUAL_LIMIT
     ):
-        return []
+        return None
     if _one_line(signals):  # asked only here, because no shift fits as a rule
-        return []
+        return None
     shift = int(shifts[best])
     away = _away_from_reversals(signals, inside, shift)
     judged = len(away) >= _FEWEST
     if judged and not _shifted(signals, inside, away, shift):
-        return []
+        return None
     misses = f"the model misses {left[best]:.1%} of it, now {left[reach]:.1%}"
-    return [
-        Finding(
-            "effort_late",
-            f"the effort is {_late(late_s)}. With that, {misses}. {_reasons(late_s, judged)}",
-            "record both at once, or say when the effort acted: "
-            f"edge-ident identify FILE --effort-shift {-late_s:.2g}",
-            blocks=judged,
-            contradicts=judged,
-        )
-    ]
+    return Finding(
+        "effort_late",
+        f"the effort is {_late(late_s)}. With that, {misses}. {_reasons(late_s, judged)}",
+        "record both at once, or say when the effort acted: "
+        f"edge-ident identify FILE --effort-shift {-late_s:.2g}",
+        blocks=judged,
+        contradicts=judged,
+    )
 
 
 def _reasons(late_s: float, judged: bool) -> str:
@@ -267,23 +262,21 @@ def _one_line(signals: Signals) -> bool:
     return line.share >= ONE_LINE
 
 
-def _unrelated(columns: least_squares.Columns, effort: Array) -> list[Finding]:
+def _unrelated(columns: least_squares.Columns, effort: Array) -> Finding | None:
     """An effort of which the motion explains nothing."""
     variation = float(np.var(effort))
     left = effort - columns.unit @ columns.solved(effort, _RANK)
     explained = 1.0 - float(np.var(left)) / max(variation, _TINY)
     if explained > max(_RELATED, _BY_CHANCE / len(effort)):
-        return []
-    return [
-        Finding(
-            UNRELATED,
-            f"the motion explains {explained:.1%} of the effort: they do not belong together, or "
-            "the effort is noise",
-            "check that effort and position come from the same axis and the same time",
-            blocks=True,
-            contradicts=True,
-        )
-    ]
+        return None
+    return Finding(
+        UNRELATED,
+        f"the motion explains {explained:.1%} of the effort: they do not belong together, or "
+        "the effort is noise",
+        "check that effort and position come from the same axis and the same time",
+        blocks=True,
+        contradicts=True,
+    )
 
 
 # Model error of an estimate: how far it moves when one regime of the motion is left out.

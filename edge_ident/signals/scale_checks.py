@@ -4,7 +4,9 @@ Nothing here is impossible, only unlikely of a machine. `edge_ident.signals.data
 what is impossible.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -67,8 +69,8 @@ def check_scales(recording: Recording) -> list[ScaleQuestion]:
 def check_scale(recording: Recording, name: str) -> list[ScaleQuestion]:
     """Questions about the scale of one axis."""
     axis, time_s = recording.axes[name], recording.time_s
-    asked = _kinds(name, axis) + _travel(name, axis) + _sampling(name, axis, time_s)
-    return asked + _within_axis(name, axis, time_s)
+    asked = _kinds(name, axis), _travel(name, axis), _sampling(name, axis, time_s)
+    return [*chain(*asked), *_within_axis(name, axis, time_s)]
 
 
 def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
@@ -85,104 +87,88 @@ def check_inertia(name: str, inertia: float, unit: str) -> list[ScaleQuestion]:
     ]
 
 
-def _kinds(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
+def _kinds(name: str, axis: AxisRecord) -> Iterator[ScaleQuestion]:
     """A length beside a torque, or an angle beside a force."""
     if axis.units not in _CROSSED:
-        return []
+        return
     position, effort = axis.units
-    return [
-        ScaleQuestion(
-            "crossed_units",
-            name,
-            f"the position is in {position} and the effort in {effort}, so that the inertia is in "
-            f"{axis.parameter_units[0]}: are both units right?",
-            _CROSSED[axis.units].format(axis=name),
-        )
-    ]
+    yield ScaleQuestion(
+        "crossed_units",
+        name,
+        f"the position is in {position} and the effort in {effort}, so that the inertia is in "
+        f"{axis.parameter_units[0]}: are both units right?",
+        _CROSSED[axis.units].format(axis=name),
+    )
 
 
-def _travel(name: str, axis: AxisRecord) -> list[ScaleQuestion]:
+def _travel(name: str, axis: AxisRecord) -> Iterator[ScaleQuestion]:
     travel = float(np.ptp(axis.position))
+    turns = travel / (2.0 * np.pi)
     if axis.position_unit == "m":
-        if travel < LONG_M:
-            return []
-        return [
-            ScaleQuestion(
+        if travel >= LONG_M:
+            yield ScaleQuestion(
                 "long_travel",
                 name,
                 f"the axis travels {travel:.4g} m: is its position in m?",
                 "if it is in millimetres, say so: --unit NAME=mm",
             )
-        ]
-    turns = travel / (2.0 * np.pi)
-    if turns > TURNS:
-        return [
-            ScaleQuestion(
-                "many_turns",
-                name,
-                f"the axis goes through {turns:.0f} turns: is its position in rad?",
-                "if it is in degrees, say so: --unit NAME=deg",
-            )
-        ]
-    if travel > SMALL_RAD:
-        return []
-    return [
-        ScaleQuestion(
+    elif turns > TURNS:
+        yield ScaleQuestion(
+            "many_turns",
+            name,
+            f"the axis goes through {turns:.0f} turns: is its position in rad?",
+            "if it is in degrees, say so: --unit NAME=deg",
+        )
+    elif travel <= SMALL_RAD:
+        yield ScaleQuestion(
             "small_travel",
             name,
             f"the axis turns by {np.degrees(travel):.2g} degrees in all: is its position in rad?",
             "if it is in turns, give --unit NAME=turn; if the file says deg, and means rad: "
             "--unit NAME=rad",
         )
-    ]
 
 
-def _sampling(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
+def _sampling(name: str, axis: AxisRecord, time_s: Array) -> Iterator[ScaleQuestion]:
     if axis.sampling:
         period_s = axis.sampling.period_s
     else:
         steps = np.diff(time_s)
         if 2 * np.count_nonzero(steps > _SLOW_S) < len(steps):  # as a rule; a median takes longer
-            return []
+            return
         period_s = quantile(steps, 0.5)
     if period_s <= _SLOW_S:
-        return []
-    return [
-        ScaleQuestion(
-            "slow_sampling",
-            name,
-            f"the sampling period is {period_s:.3g} s: is the time in seconds?",
-            "if it is in milliseconds, say so: --unit NAME=ms",
-        )
-    ]
+        return
+    yield ScaleQuestion(
+        "slow_sampling",
+        name,
+        f"the sampling period is {period_s:.3g} s: is the time in seconds?",
+        "if it is in milliseconds, say so: --unit NAME=ms",
+    )
 
 
-def _within_axis(name: str, axis: AxisRecord, time_s: Array) -> list[ScaleQuestion]:
+def _within_axis(name: str, axis: AxisRecord, time_s: Array) -> Iterator[ScaleQuestion]:
     """Position against reference and velocity: between them no machine has a factor of units."""
-    asked = []
     if axis.reference is not None:
-        asked += _ratio(name, "reference", axis.position, axis.reference)
+        yield from _ratio(name, "reference", axis.position, axis.reference)
     if axis.velocity is not None:
         moved = 0.5 * (axis.velocity[1:] + axis.velocity[:-1]) * np.diff(time_s)
-        asked += _ratio(name, "velocity", axis.position, np.append(0.0, np.cumsum(moved)))
-    return asked
+        yield from _ratio(name, "velocity", axis.position, np.append(0.0, np.cumsum(moved)))
 
 
-def _ratio(name: str, what: str, position: Array, other: Array) -> list[ScaleQuestion]:
+def _ratio(name: str, what: str, position: Array, other: Array) -> Iterator[ScaleQuestion]:
     centred = [signal - np.mean(signal) for signal in (position, other)]
     size = [float(np.linalg.norm(signal)) for signal in centred]
     if min(size) == 0.0 or float(centred[0] @ centred[1]) < _ALIKE * size[0] * size[1]:
-        return []
+        return
     ratio = size[0] / size[1]
     for units, factor in _FACTORS.items():
         if abs(np.log(ratio)) > 1.0 and abs(max(ratio, 1.0 / ratio) / factor - 1.0) < _NEAR:
-            return [
-                ScaleQuestion(
-                    f"{what}_scale",
-                    name,
-                    f"the position is {ratio:.4g} times what the {what} says, as between {units}: "
-                    "have both the unit that their columns state?",
-                    "correct one of them with --unit NAME=UNIT",
-                )
-            ]
-    return []
+            yield ScaleQuestion(
+                f"{what}_scale",
+                name,
+                f"the position is {ratio:.4g} times what the {what} says, as between {units}: "
+                "have both the unit that their columns state?",
+                "correct one of them with --unit NAME=UNIT",
+            )
+            return
