@@ -182,13 +182,13 @@ def _named_in(texts: dict[str, list[str]]) -> list[str] | None:
 
     An option that also has a text for all axes does not say which axes there are.
     """
-    sets = [[text.partition("=")[0] for text in of] for of in texts.values() if _all_named(of)]
+    sets = [
+        [text.partition("=")[0] for text in of]
+        for of in texts.values()
+        if of and all("=" in text for text in of)
+    ]
     alike = bool(sets) and all(set(names) == set(sets[0]) for names in sets)
     return list(dict.fromkeys(sets[0])) if alike and not set(sets[0]) <= set(_AXES) else None
-
-
-def _all_named(texts: list[str]) -> bool:
-    return bool(texts) and all("=" in text for text in texts)
 
 
 def _axis_names(given: list[str] | None) -> tuple[str, ...]:

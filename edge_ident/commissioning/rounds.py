@@ -158,7 +158,7 @@ class Rounds:
         """One round; whether another one may be worth it."""
         trial, designs = self._forecast()
         if len(self._in_force) == 1:
-            if not (trial.promise.worth_a_write or _kept(designs)):
+            if not (trial.promise.worth_a_write or any(found.kept for found in designs.values())):
                 return self._nothing(trial, designs)
             self._hear(trial.move_second())
             trial, designs = self._forecast()
@@ -316,11 +316,6 @@ def within_board(wanted: AxisGains, active: AxisGains, limits: AxisLimits) -> Ax
         low = max(now[name] - step, -most if name in SIGNED else 0.0)
         numbers[name] = min(max(value, low), min(now[name] + step, most))
     return AxisGains.of_numbers(list(numbers.values()))
-
-
-def _kept(designs: Mapping[str, GainDesign]) -> bool:
-    """Whether feedback of an axis could not be designed."""
-    return any(found.kept for found in designs.values())
 
 
 def _grounds(

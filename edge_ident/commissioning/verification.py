@@ -203,7 +203,7 @@ def compare_motions(before: Recording, after: Recording, count_rad: float) -> Ve
         error = np.sqrt(np.sum(np.diff(grown) ** 2) / 2.0 / (_SEGMENTS - 1) / _SEGMENTS)
         rms_before, rms_after = np.sqrt(old.mean()), np.sqrt(new.mean())
         chance = _STANDARD_ERRORS * error / max(rms_before + rms_after, 1e-12)
-        resolved = _resolved_rad(rms_before, count_rad)
+        resolved = max(SHARE * rms_before, _REPEATED_COUNTS * count_rad)
         tracking = Tracking(
             float(rms_before), float(rms_after), float(max(chance, resolved)), float(resolved),
             count_rad=count_rad,
@@ -235,11 +235,6 @@ def verification_motion(
     capture = capture_motion(board, motion.trajectory, observer.samples, file, observer.say)
     board.finish()
     return capture
-
-
-def _resolved_rad(rms_rad: float, count_rad: float) -> float:
-    """Smallest difference that means anything."""
-    return max(SHARE * rms_rad, _REPEATED_COUNTS * count_rad)
 
 
 def _mean_squares(record: AxisRecord, cycles: int) -> Array:

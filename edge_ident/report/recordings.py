@@ -41,7 +41,7 @@ def import_document(
             }
             for use in found.columns
         ],
-        "period_s": _period(recording) if recording else found.period_s,
+        "period_s": EvenGrid.of(recording.time_s).period_s if recording else found.period_s,
         "left_out": list(found.left_out),
         "done": list(found.done),
         "certain": not found.questions,
@@ -134,10 +134,6 @@ def _axes(recording: Recording) -> dict[str, Any]:
 
 def _range(values: Array) -> Sequence[float]:
     return [float(np.min(values)), float(np.max(values))]
-
-
-def _period(recording: Recording) -> float:
-    return EvenGrid.of(recording.time_s).period_s
 
 
 # A recording: a row for each axis.

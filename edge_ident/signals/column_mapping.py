@@ -94,7 +94,11 @@ def map_columns(table: Table, options: ReadOptions) -> ColumnMapping:
     free = [column for column in table.columns if column.heading not in targets]
     free = [replace(c, unit=units.get(c.heading, c.unit)) for c in free]
     native = any(proposal.target != TIME for proposal in targets.values())
-    questions = [_asks(heading, each) for heading, each in named.items() if each.open]
+    questions = [
+        f"{heading} is {each.reason}: say what that is with {each.open[0]}"
+        for heading, each in named.items()
+        if each.open
+    ]
     if not native and free:
         proposed, asked = propose_axes(free, options, table.labels)
         targets, questions = targets | proposed, questions + asked
@@ -191,10 +195,6 @@ def _contract(table: Table, said: Mapping[str, str], options: ReadOptions) -> di
         for column in table.columns
         if column.heading in targets
     }
-
-
-def _asks(heading: str, proposal: Proposal) -> str:
-    return f"{heading} is {proposal.reason}: say what that is with {proposal.open[0]}"
 
 
 def _named(column: Column, target: str, options: ReadOptions) -> Proposal:

@@ -104,14 +104,12 @@ def _by_elimination(
     what, named = ("effort", "effort") if positions else ("position", "position")
     (only,) = silent
     found = [
-        replace(only, role=replace(only.role, quantity=named, axis=_axis_of(positions or efforts)))
+        replace(
+            only, role=replace(only.role, quantity=named, axis=(positions or efforts)[0].role.axis)
+        )
     ]
     asked = [*asked, f"is {only.heading} the {what}? No other column is left"]
     return (positions, found, asked) if positions else (found, efforts, asked)
-
-
-def _axis_of(columns: Sequence[ReadColumn]) -> tuple[str, ...]:
-    return columns[0].role.axis
 
 
 def _changes(read: ReadColumn) -> bool:
@@ -258,7 +256,7 @@ def _of_bare_position(
         asked = f"{heading} states no unit: counts, as --resolution suggests?"
         return Proposal(f"{axis}_position_{name_ending(unit.base)}", reason, "counts"), [asked]
     if turns:
-        text = _angle_unit(values)
+        text = "deg" if np.ptp(values) > _WIDE_RAD else "rad"
         other = "deg" if text == "rad" else "rad"
         asked = f"{heading} states no unit: {text}, or {other}, or mm or m of a linear axis?"
         return Proposal(f"{axis}_position_rad", reason, text), [asked]
@@ -271,10 +269,6 @@ def _are_counts(values: NDArray[np.float64]) -> bool:
     """Whether a position is of whole numbers, and goes farther than any in degrees or mm."""
     whole = bool(np.all(np.rint(values) == values))
     return whole and len(np.unique(values)) > _FEWEST_COUNTS
-
-
-def _angle_unit(values: NDArray[np.float64]) -> str:
-    return "deg" if np.ptp(values) > _WIDE_RAD else "rad"
 
 
 def _of_effort(read: ReadColumn, axis: str, options: ReadOptions) -> tuple[Proposal, list[str]]:

@@ -167,12 +167,9 @@ def _resampled(
     rates = listed(f"{n} every {1e3 * periods[n]:.4g} ms" for n in leading)
     said = f"several clocks ({rates}): all are brought to that of {clock}"
     if effort_shift_s:
-        said = f"the effort is taken {abs(effort_shift_s):g} s {_side(effort_shift_s)} its row"
+        side = "after" if effort_shift_s > 0.0 else "before"
+        said = f"the effort is taken {abs(effort_shift_s):g} s {side} its row"
     return OneClock(made, (said,), 0)
-
-
-def _side(shift_s: float) -> str:
-    return "after" if shift_s > 0.0 else "before"
 
 
 def _at(at: Array, stamps: Array, values: Array, period_s: float, clock_s: float) -> Array:
