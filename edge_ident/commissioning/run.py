@@ -281,6 +281,11 @@ class Outcome:
         """Whether new gains are in force to stay."""
         return self.change is not None and self.change.confirmed
 
+    @property
+    def tried(self) -> bool:
+        """Whether a motion was made with new gains and compared."""
+        return self.change is not None and self.change.verification is not None
+
     @cached_property
     def answer(self) -> RunAnswer:
         """Both verdicts, and the errors before and after: what everybody shows."""

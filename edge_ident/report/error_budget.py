@@ -1,8 +1,8 @@
 """What is shown of an error budget: its table, and on a page a bar and the curves."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -71,40 +71,17 @@ def budget_table(budget: ErrorBudget) -> Table:
 # The error budget on a page: one bar that adds up, and the curves with their bands.
 
 
-@dataclass(frozen=True)
-class BudgetPicture:
-    """What the page shows of an error budget.
-
-    Attributes
-    ----------
-    missed : str
-        How much is missed.
-    bar : Markup
-    table : Grid
-    charts : list of Chart
-    """
-
-    missed: str
-    bar: Markup
-    table: Grid
-    charts: list[Chart]
-
-
-def budget_picture(key: str, budget: ErrorBudget) -> BudgetPicture:
-    """Draw a budget; `key` is unique in the page."""
+def budget_picture(key: str, budget: ErrorBudget) -> dict[str, Any]:
+    """What the page shows of an error budget; `key` is unique in the page."""
     pairs = [(entry, curve) for entry in budget.entries for curve in entry.curves]
-    return BudgetPicture(
-        missed=sentence(missed_sentence(budget)),
-        bar=_budget_bar(budget),
-        table=Grid(
-            "Where this error lies (shares add up to 100 %)",
-            ("along", "share", "effort, rms", "beyond the simple model"),
-            budget_rows(budget),
-        ),
-        charts=[
-            _chart(f"{key}-{number}", entry, curve) for number, (entry, curve) in enumerate(pairs)
-        ],
-    )
+    headings = ("along", "share", "effort, rms", "beyond the simple model")
+    title = "Where this error lies (shares add up to 100 %)"
+    return {
+        "missed": sentence(missed_sentence(budget)),
+        "bar": _budget_bar(budget),
+        "table": Grid(title, headings, budget_rows(budget)),
+        "charts": [_chart(f"{key}-{number}", *pair) for number, pair in enumerate(pairs)],
+    }
 
 
 def _budget_bar(budget: ErrorBudget) -> Markup:

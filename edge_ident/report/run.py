@@ -90,8 +90,7 @@ def _changes(outcome: Outcome) -> Grid:
 def _in_force(outcome: Outcome) -> str:
     if outcome.confirmed:
         return "the new ones are in force"
-    tried = outcome.change is not None and outcome.change.verification is not None
-    return f"the new ones were {'rolled back' if tried else 'not written'}"
+    return f"the new ones were {'rolled back' if outcome.tried else 'not written'}"
 
 
 def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, ...]]:

@@ -1,7 +1,7 @@
 """All about one axis of a diagnosis: causes, charts and tables below the first screen."""
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 from markupsafe import Markup
 
@@ -13,7 +13,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.model_files import values_document
 from edge_ident.report.chart import Chart
-from edge_ident.report.error_budget import BudgetPicture, budget_picture
+from edge_ident.report.error_budget import budget_picture
 from edge_ident.report.numbers import (
     EFFECTIVE,
     digits,
@@ -147,7 +147,8 @@ class AxisDetails:
         Prefix of ids, unique in the page.
     name : str
         Of the axis.
-    budget : BudgetPicture
+    budget : dict
+        What `budget_picture` gives.
     bars : list of Bar
     remarks : list of str
     cause_charts : list of Chart
@@ -165,7 +166,7 @@ class AxisDetails:
 
     key: str
     name: str
-    budget: BudgetPicture
+    budget: dict[str, Any]
     bars: list[Bar]
     remarks: list[str]
     cause_charts: list[Chart]

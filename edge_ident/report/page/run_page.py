@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -32,29 +32,6 @@ if TYPE_CHECKING:
     from edge_ident.report.page.axis_details import AxisDetails
 
 
-@dataclass(frozen=True)
-class RunDetails:
-    """What the page says of an axis below the first screen.
-
-    Attributes
-    ----------
-    key, name : str
-        Unique in the page; the axis.
-    warnings : list of str
-    parameters, conditions : Grid
-    charts : list of Chart
-    diagnosis : AxisDetails or None
-    """
-
-    key: str
-    name: str
-    warnings: list[str]
-    parameters: Grid
-    conditions: Grid
-    charts: list[Chart]
-    diagnosis: "AxisDetails | None"
-
-
 def write_run_page(
     outcome: Outcome,
     document: dict[str, Any],
@@ -82,13 +59,13 @@ def write_run_page(
         The page.
     """
     before = load_recording(folder / CAPTURE_FILE)
-    verified = outcome.change is not None and outcome.change.verification is not None
+    verified = outcome.tried
     after = load_recording(folder / outcome.file_after) if verified else None
     axes = outcome.identification.axes
     details = [_details(f"a{n}", name, outcome) for n, name in enumerate(axes)]
     cards = []
     for n, name in enumerate(axes):
-        chart = run.tracking_chart(f"c{n}", name, before, after) or details[n].charts[0]
+        chart = run.tracking_chart(f"c{n}", name, before, after) or details[n]["charts"][0]
         cards.append(run_card(name, outcome, replace(chart, key=f"c{n}"), device))
     recordings = outcome.captures(folder)
     recordings += [folder / outcome.file_after] if verified else []
@@ -132,21 +109,24 @@ def _besides(name: str, outcome: Outcome) -> Iterator[Row]:
         yield "The board itself", numbers.sentence(said)
 
 
-def _details(key: str, name: str, outcome: Outcome) -> RunDetails:
+def _details(key: str, name: str, outcome: Outcome) -> dict[str, Any]:
+    """What the page says of an axis below the first screen."""
     axis, answer = outcome.identification.axes[name], outcome.answer.axes[name]
-    return RunDetails(
-        key,
-        name,
-        [
-            f"{numbers.sentence(f.message)} Next: {f.next_step}. ({f.code})"
-            for f in axis.findings
-            if not answer.settles(f)
-        ],
-        _parameters(axis, answer.model.estimate),
-        Grid("How it was identified", ("", ""), [*_conditions(axis), *_besides(name, outcome)]),
-        identification.identified_charts(key, axis),
-        _diagnosis(key, name, axis),
-    )
+    warnings = [
+        f"{numbers.sentence(f.message)} Next: {f.next_step}. ({f.code})"
+        for f in axis.findings
+        if not answer.settles(f)
+    ]
+    conditions = [*_conditions(axis), *_besides(name, outcome)]
+    return {
+        "key": key,
+        "name": name,
+        "warnings": warnings,
+        "parameters": _parameters(axis, answer.model.estimate),
+        "conditions": Grid("How it was identified", ("", ""), conditions),
+        "charts": identification.identified_charts(key, axis),
+        "diagnosis": _diagnosis(key, name, axis),
+    }
 
 
 def _diagnosis(key: str, name: str, axis: AxisIdentification) -> "AxisDetails | None":
@@ -189,8 +169,8 @@ def _became(outcome: Outcome) -> str:
     """What became of the gains, as the heading of their part."""
     if outcome.confirmed:
         return "What was written"
-    tried = outcome.change is not None and outcome.change.verification is not None
-    return "What was written, and taken back" if tried else "What was designed, and not written"
+    said = "written, and taken back" if outcome.tried else "designed, and not written"
+    return f"What was {said}"
 
 
 def _gains(outcome: Outcome) -> Grid | None:

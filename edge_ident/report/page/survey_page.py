@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -43,29 +43,6 @@ _PARTS: Final = {
 }
 _MOST: Final = 5  # lines of the first screen
 _ROWS: Final = 12  # recordings that a page shows before the others, which are folded away
-
-
-@dataclass(frozen=True)
-class SurveyCard:
-    """The first screen.
-
-    Attributes
-    ----------
-    status : Status
-    label, verdict : str
-    found, part, action : list of str
-        How units differ, where to look, what to do next.
-    picture : IntervalPicture or None
-        Of the quantity that differs most.
-    """
-
-    status: Status
-    label: str
-    verdict: str
-    found: list[Markup]
-    part: list[str]
-    action: list[Markup]
-    picture: IntervalPicture | None
 
 
 def write_survey_page(
@@ -110,21 +87,22 @@ def write_survey_page(
     return write_html("survey.html.jinja", content, document, folder)
 
 
-def _card(survey: Survey, source: Path | None) -> SurveyCard:
+def _card(survey: Survey, source: Path | None) -> dict[str, Any]:
+    """The first screen."""
     out = survey.standing_out
     judged = any(comparison.centre is not None for comparison in survey.comparisons)
     status: Status = "found" if out else "good" if judged else "open"
     more = len(out) - _MOST
     found = [_found(number, one) for number, one in enumerate(out[:_MOST])]
-    return SurveyCard(
-        status,
-        {"found": "stands out", "good": "alike", "open": "too few units"}[status],
-        conclusion(survey),
-        [*found, *([Markup("And {} more below.").format(more)] if more > 0 else [])],
-        list(dict.fromkeys(part for one in out for part in _parts(one)))[:_MOST],
-        _action(survey, source),
-        interval_picture("c0", out[0].comparison) if out else None,
-    )
+    return {
+        "status": status,
+        "label": {"found": "stands out", "good": "alike", "open": "too few units"}[status],
+        "verdict": conclusion(survey),
+        "found": [*found, *([Markup("And {} more below.").format(more)] if more > 0 else [])],
+        "part": list(dict.fromkeys(part for one in out for part in _parts(one)))[:_MOST],
+        "action": _action(survey, source),
+        "picture": interval_picture("c0", out[0].comparison) if out else None,
+    }
 
 
 def _found(place: int, one: StandsOut) -> Markup:
