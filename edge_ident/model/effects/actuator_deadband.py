@@ -48,19 +48,15 @@ EFFECT: Final = ActuatorDeadband(
         in_words="small commands give no force",
         size="efforts below {width} are lost",
         part="the amplifier or the valve that drives the axis",
-        action=(
-            "At standstill, raise the command slowly and note where force begins. Set the "
-            "compensation of the dead time or of the overlap."
-        ),
+        action="At standstill, raise the command slowly and note where force begins. Set the "
+        "compensation of the dead time or of the overlap.",
     ),
     search=SearchSpec(
         forms=(Form((), ("width",), changes=ChangesWith.EFFORT),),
         signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
-        experiment=(
-            "a motion that brakes hard enough for the effort to change its sign while "
-            "moving: --motion multisine"
-        ),
+        experiment="a motion that brakes hard enough for the effort to change its sign while "
+        "moving: --motion multisine",
         grid=_grid,
         largest=(Largest(("width",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.1,

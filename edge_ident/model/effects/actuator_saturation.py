@@ -49,10 +49,9 @@ EFFECT: Final = ActuatorSaturation(
         in_words="the drive reaches its limit of force",
         size="the effort ends at {limit}",
         part="motor and amplifier: their limit of current or torque",
-        action=(
-            "Compare that limit with the largest command. Accelerate less, or raise the limit if "
-            "motor and amplifier allow it."
-        ),
+        action="Compare that limit with the largest command. Accelerate less, or raise the limit "
+        "if "
+        "motor and amplifier allow it.",
     ),
     search=SearchSpec(
         forms=(Form((), ("limit",), changes=ChangesWith.EFFORT),),

@@ -43,10 +43,8 @@ EFFECT: Final = AsymmetricFriction(
     advice=Advice(
         in_words="friction differs between the two directions",
         part="guides, seals and bearings that are loaded from one side",
-        action=(
-            "Compare the motor current both ways at one constant speed. Check seals, wipers and "
-            "the alignment of the guides."
-        ),
+        action="Compare the motor current both ways at one constant speed. Check seals, wipers and "
+        "the alignment of the guides.",
     ),
     search=SearchSpec(
         forms=(Form(("difference",)),),

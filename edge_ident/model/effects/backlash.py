@@ -208,10 +208,8 @@ EFFECT: Final = Backlash(
         in_words="there is free play: the motor turns a little before the load follows",
         size="play of {gap} at the encoder",
         part="coupling, ball nut and its bearings, gear or belt",
-        action=(
-            "Hold the motor still, push the load both ways, and read the free travel on a dial "
-            "gauge. Tighten or preload the part that gives."
-        ),
+        action="Hold the motor still, push the load both ways, and read the free travel on a dial "
+        "gauge. Tighten or preload the part that gives.",
     ),
     search=search.SearchSpec(
         forms=(
@@ -219,11 +217,10 @@ EFFECT: Final = Backlash(
                 ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")
             ),
         ),
-        signature=("little effort over a fixed length after each reversal, then an impact"),
+        signature="little effort over a fixed length after each reversal, then an impact",
         alternatives=("presliding_hysteresis", "coupling_compliance"),
-        experiment=(
-            "reversals at several accelerations, some smaller than the play: --motion multisine"
-        ),
+        experiment="reversals at several accelerations, some smaller than the play: --motion "
+        "multisine",
         grid=_grid,
         physical=_physical,
         largest=(
@@ -241,10 +238,8 @@ EFFECT: Final = Backlash(
         feedforward={"gap": "backlash_offset_rad"},
         times={"gap": 0.5},
         objection=_one_sided,
-        note=(
-            "so that the load follows, the motor leads by half the gap; an encoder on the motor "
-            "cannot show whether the load does"
-        ),
+        note="so that the load follows, the motor leads by half the gap; an encoder on the motor "
+        "cannot show whether the load does",
     ),
 )
 

@@ -155,10 +155,8 @@ EFFECT: Final = CouplingCompliance(
     advice=Advice(
         in_words="the drive train is springy: the load swings against the motor",
         part="coupling, belt, screw and their mounts",
-        action=(
-            "Check the clamps of the coupling and the tension of the belt. Let the controller "
-            "avoid the resonance until then."
-        ),
+        action="Check the clamps of the coupling and the tension of the belt. Let the controller "
+        "avoid the resonance until then.",
     ),
     search=search.SearchSpec(
         forms=(

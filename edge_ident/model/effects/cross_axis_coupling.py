@@ -133,9 +133,8 @@ EFFECT: Final = CrossAxisCoupling(
     advice=Advice(
         in_words="another axis pushes on this one",
         part="the structure that both axes share, and the cables between them",
-        action=(
-            "Move the other axis alone and see whether this one feels it. Check mounts and balance."
-        ),
+        action="Move the other axis alone and see whether this one feels it. Check mounts and "
+        "balance.",
     ),
     search=SearchSpec(
         forms=(

@@ -94,10 +94,8 @@ EFFECT: Final = DisturbanceEvent(
     advice=Advice(
         in_words="something pushed the axis once",
         part="whatever touched the machine at that time: a person, a chip, a cable, a collision",
-        action=(
-            "Look up that time in the log of the machine. Record the same motion again and see "
-            "whether it comes back."
-        ),
+        action="Look up that time in the log of the machine. Record the same motion again and see "
+        "whether it comes back.",
     ),
     search=SearchSpec(
         forms=(Form(("level",), ("time", "duration")),),

@@ -91,10 +91,8 @@ EFFECT: Final = EncoderEccentricity(
     advice=Advice(
         in_words="the position sensor is off its centre or uneven, and errs at every turn",
         part="encoder, its hub and its coupling",
-        action=(
-            "Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the "
-            "encoder again."
-        ),
+        action="Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the "
+        "encoder again.",
     ),
     search=SearchSpec(
         forms=(
@@ -119,8 +117,6 @@ EFFECT: Final = EncoderEccentricity(
     ),
     draw=_draw,
     compensation=Compensation(
-        without=(
-            "feedback follows the reading, error included; it goes when the encoder is centred"
-        )
+        without="feedback follows the reading, error included; it goes when the encoder is centred"
     ),
 )

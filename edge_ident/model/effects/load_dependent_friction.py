@@ -67,9 +67,8 @@ EFFECT: Final = LoadDependentFriction(
     advice=Advice(
         in_words="friction grows with the load",
         part="gear, or screw and nut: their efficiency under load",
-        action=(
-            "Check lubrication and preload of nut or gear. Record with two payloads to confirm it."
-        ),
+        action="Check lubrication and preload of nut or gear. Record with two payloads to "
+        "confirm it.",
     ),
     search=SearchSpec(
         forms=(Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT),),
@@ -89,9 +88,7 @@ EFFECT: Final = LoadDependentFriction(
             "moved": "transmitted_inertia",
         },
         times={"moved": "inertia"},
-        note=(
-            "the board's law knows inertia and constant load; what a load along the stroke loses "
-            "is left to feedback"
-        ),
+        note="the board's law knows inertia and constant load; what a load along the stroke loses "
+        "is left to feedback",
     ),
 )

@@ -82,10 +82,9 @@ EFFECT: Final = PayloadChange(
     advice=Advice(
         in_words="the axis carries more or less from one moment on",
         part="workpiece, tool or gripper",
-        action=(
-            "Look up in the log of the machine what was picked up or put down then. Record before"
-            " and after apart."
-        ),
+        action="Look up in the log of the machine what was picked up or put down then. Record "
+        "before"
+        " and after apart.",
     ),
     search=SearchSpec(
         forms=(

@@ -70,10 +70,9 @@ EFFECT: Final = PoseDependentInertia(
     advice=Advice(
         in_words="how far the machine reaches out changes how hard it is to turn",
         part="the links that an upright joint carries",
-        action=(
-            "Turn the first joint with the arm stretched out and with the arm folded, and compare "
-            "the efforts."
-        ),
+        action="Turn the first joint with the arm stretched out and with the arm folded, and "
+        "compare "
+        "the efforts.",
     ),
     search=SearchSpec(
         forms=tuple(

@@ -71,9 +71,8 @@ EFFECT: Final = PositionDependentFriction(
     advice=Advice(
         in_words="friction changes along the stroke",
         part="guides, screw and covers at the place where friction is highest",
-        action=(
-            "Look there for dirt, wear or a bent screw. Clean, lubricate and check the alignment."
-        ),
+        action="Look there for dirt, wear or a bent screw. Clean, lubricate and check the "
+        "alignment.",
     ),
     search=SearchSpec(
         forms=(

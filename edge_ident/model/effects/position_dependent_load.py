@@ -103,10 +103,8 @@ EFFECT: Final = PositionDependentLoad(
     advice=Advice(
         in_words="a force depends on where the axis stands, like a weight, a spring or a cable",
         part="cable chain, hoses, springs, weight balance or a hanging arm",
-        action=(
-            "Detach hoses or chain if you can, and record again. A weight that hangs on a joint "
-            "is no fault: keep it in the model."
-        ),
+        action="Detach hoses or chain if you can, and record again. A weight that hangs on a joint "
+        "is no fault: keep it in the model.",
     ),
     search=SearchSpec(
         forms=(

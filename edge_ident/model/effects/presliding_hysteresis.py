@@ -101,10 +101,8 @@ EFFECT: Final = PreslidingHysteresis(
         in_words="friction gives like a spring before the axis slides",
         size="{level} of friction that builds up over {distance}",
         part="guides, bearings and seals, where the axis turns back",
-        action=(
-            "This is usual on a sound machine: keep it in the model. If it has grown, check "
-            "preload and lubrication of the guides."
-        ),
+        action="This is usual on a sound machine: keep it in the model. If it has grown, check "
+        "preload and lubrication of the guides.",
     ),
     search=search.SearchSpec(
         forms=(search.Form(("level",), ("distance",)),),

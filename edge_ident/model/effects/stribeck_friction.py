@@ -66,10 +66,8 @@ EFFECT: Final = StribeckFriction(
         in_words="friction is higher at low speed: the axis sticks before it slides",
         size="{level} more friction at rest than in motion",
         part="guides, bearings, nut or gear, and seals: their lubrication",
-        action=(
-            "Check that enough of the right lubricant arrives. Move the axis over its whole "
-            "stroke for some minutes and record again."
-        ),
+        action="Check that enough of the right lubricant arrives. Move the axis over its whole "
+        "stroke for some minutes and record again.",
     ),
     search=SearchSpec(
         forms=(Form(("level",), ("speed",)), Form(("level",), ("speed",), grid=_exponential)),

@@ -56,10 +56,9 @@ EFFECT: Final = TorqueRipple(
     advice=Advice(
         in_words="a force repeats with the position",
         part="motor magnets (cogging), gear teeth, a coupling or a bent screw",
-        action=(
-            "Compare the number of repetitions per turn with pole pairs, teeth and lead. The part"
-            " with that number is the cause."
-        ),
+        action="Compare the number of repetitions per turn with pole pairs, teeth and lead. The "
+        "part"
+        " with that number is the cause.",
     ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),),
