@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
 from edge_ident.identification import result
 from edge_ident.model.model import PARAMETERS, Estimate
-from edge_ident.report import diagnosis, numbers
+from edge_ident.report import numbers
 from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
+from edge_ident.report.error_budget import budget_parts
 from edge_ident.report.findings import (
     DESIGN_GAINS,
     blocking_lines,
@@ -68,7 +69,7 @@ def _budgets(found: result.Identification) -> Iterator[Part]:
     """Where the effort lies that the base model misses, of axes that were diagnosed."""
     for name, axis in found.axes.items():
         if axis.budget is not None:
-            yield from diagnosis.budget_parts(axis.budget, f"axis {name}: ")
+            yield from budget_parts(axis.budget, f"axis {name}: ")
 
 
 def trust_lines(found: result.Identification) -> Iterator[Line]:
