@@ -37,10 +37,7 @@ from edge_ident.diagnosis.above_band.spectrum import (
 )
 from edge_ident.diagnosis.above_band.unsteady import (
     Disturbance,
-    Missed,
-    lasting_disturbance,
-    missed_above,
-    together,
+    Rest,
 )
 from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.model import Model
@@ -116,9 +113,8 @@ def above_band(
     """
     orders: list[list[Sinusoid]] = []
     lines: list[list[Sinusoid]] = []
-    unsteady: list[Disturbance | None] = []
+    rests: list[Rest] = []
     left: list[tuple[WideSignals, Array]] = []
-    missed: list[Missed] = []
     for recording, segment in zip(recordings, data.segments, strict=True):
         wide = WideSignals.of(recording, name, segment, known)
         peaks = search(wide)
@@ -131,11 +127,11 @@ def above_band(
         whole_motion = _orders(wide, clear, waves, mass, without_inertia[0])
         orders.append(whole_motion + [s for s, p in beside if p.order])
         lines.append([s for s, p in beside if not p.order and s.certain])
-        density = segment.effort_density
         steady = clear + [p for s, p in beside if p.order or (s.certain and s.found_again)]
-        unsteady.append(lasting_disturbance(wide, columns(wide, steady), mass, density))
+        rests.append(Rest.of(wide, columns(wide, steady), mass, segment.effort_density))
         left.append((wide, without_inertia[0]))
-        missed.append(missed_above(wide, mass, density))
+    unsteady = (rest.disturbance() for rest in rests)
+    samples = sum(rest.samples for rest in rests)
     found = [order for order in merged(orders) if _everywhere(order, orders, left)]
     return BandContent(
         share_in_band=_share_in_band(data.segments),
@@ -143,7 +139,7 @@ def above_band(
         unnamed_orders=tuple(s for s in found if not s.nameable),
         lines=tuple(merged(lines)),
         unsteady=tuple(one for one in unsteady if one is not None),
-        missed=together(missed),
+        missed=math.sqrt(sum(rest.missed for rest in rests) / max(samples, 1)),
     )
 
 

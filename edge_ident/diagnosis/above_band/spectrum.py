@@ -6,6 +6,8 @@ from typing import Final, Self
 
 import numpy as np
 import scipy.fft
+import scipy.ndimage
+import scipy.signal
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
@@ -85,15 +87,11 @@ class Periodogram:
         step = self.rate[1] - self.rate[0]
         numbers = np.arange(np.ceil(self.rate[0] / fundamental), self.rate[-1] // fundamental + 1)
         at = np.clip(np.round((numbers * fundamental - self.rate[0]) / step), 0, len(self.rate) - 1)
-        harmonics = self.power[at.astype(np.intp)]
-        if not len(harmonics):
+        if not len(at):
             return self
-        half = int(np.ceil(CELLS * self.cell / fundamental / 2.0))
-        half = min(max(half, _FEWEST_HARMONICS // 2), (len(harmonics) - 1) // 2)
-        windows = np.lib.stride_tricks.sliding_window_view(
-            np.pad(harmonics, half, mode="reflect"), 2 * half + 1
-        )
-        level = np.quantile(windows, 0.75, axis=1) / np.log(4.0)
+        half = max(int(np.ceil(CELLS * self.cell / fundamental / 2.0)), _FEWEST_HARMONICS // 2)
+        level = scipy.ndimage.percentile_filter(self.power[at.astype(np.intp)], 75, 2 * half + 1)
+        level = level / np.log(4.0)
         off = np.abs(self.rate / fundamental - np.round(self.rate / fundamental)) * fundamental
         on = np.interp(self.rate, numbers * fundamental, level)
         raised = np.where(off < self.cell, REPEATED * np.maximum(self.level, on), self.level)
@@ -335,13 +333,10 @@ class WideSignals:
         velocity = lowpass(self.velocity, self.cutoff_hz, self.period_s)
         velocity = velocity - np.mean(velocity)
         samples = len(velocity)
-        length = scipy.fft.next_fast_len(2 * samples, real=True)
-        power = np.abs(np.fft.rfft(velocity, length)) ** 2
-        overlap = np.arange(samples, 0, -1)
-        alike = np.fft.irfft(power, length)[:samples] / overlap
-        lags = np.arange(int(_SHORTEST_LAP * samples), int(_LONGEST_LAP * samples))
-        peaks = lags[(alike[lags] > alike[lags - 1]) & (alike[lags] >= alike[lags + 1])]
-        for lag in peaks[alike[peaks] > _REPEATS * alike[0]]:
+        alike = scipy.signal.correlate(velocity, velocity, "full", "fft")[samples - 1 :]
+        alike /= np.arange(samples, 0, -1)
+        peaks, _ = scipy.signal.find_peaks(alike, _REPEATS * alike[0])
+        for lag in peaks[(peaks >= _SHORTEST_LAP * samples) & (peaks < _LONGEST_LAP * samples)]:
             first, second = velocity[:-lag], velocity[lag:]
             if np.sum((first - second) ** 2) < 2.0 * (1.0 - _REPEATS) * np.sum(first**2):
                 before, here, after = alike[lag - 1 : lag + 2]

@@ -9,12 +9,12 @@ and then is mostly of the motion, such as the jolt of friction at a reversal.
 """
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final, NamedTuple, Self
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, Self
 
 import numpy as np
-import scipy.fft
+import scipy.signal
 import scipy.stats
 from numpy.typing import NDArray
 
@@ -88,90 +88,21 @@ class Disturbance:
     share: float
 
 
-def lasting_disturbance(
-    wide: WideSignals, waves: Array, inertia: float, density: float
-) -> Disturbance | None:
-    """What lasts above the band of one recording.
-
-    None where nothing does, or its amplitude is not certain.
-
-    Parameters
-    ----------
-    wide : WideSignals
-    waves : (W, N) array
-        Orders and lines that were found before; they are taken out.
-    inertia : float
-    density : float
-        Power of the white noise of the effort, per Hz.
-    """
-    seen = _Seen.of(wide, waves, inertia, density)
-    parts = list(seen.half_octaves())
-    shown = np.any([part.excess > 0.0 for part in parts], axis=0)[seen.known]
-    if not len(shown) or np.mean(shown) < _LASTS:
-        return None
-    means = [float(np.mean(part.excess[seen.known])) for part in parts]
-    strong = [part for part, mean in zip(parts, means, strict=True) if mean > _STRONG * max(means)]
-    power = np.sum([part.power - part.noise for part in strong], axis=0)[seen.known]
-    amplitude = math.sqrt(2.0 * max(float(np.mean(power)), 0.0))
-    independent = len(power) / (_HANN * max(part.samples for part in strong))
-    std = float(np.std(power)) / math.sqrt(max(independent, 1.0)) / max(amplitude, _TINY)
-    share = amplitude / math.sqrt(2.0) / max(rms(wide.effort), _TINY)
-    if not amplitude > NONZERO * std:
-        return None
-    return Disturbance(*seen.range_hz(strong), amplitude, std, share)
-
-
-class Missed(NamedTuple):
-    """What is missed in a recording: its mean square, and the number of samples."""
-
-    mean_square: float
-    samples: int
-
-
-def missed_above(wide: WideSignals, inertia: float, density: float) -> Missed:
-    """What the base model misses above the cut-off of one recording, beyond noise."""
-    seen = _Seen.of(wide, np.empty((0, len(wide.effort))), inertia, density)
-    above = [part for part in seen.half_octaves() if part.lowest_hz >= wide.cutoff_hz]
-    samples = int(np.count_nonzero(seen.known))
-    total = sum(float(np.sum(part.excess[seen.known])) for part in above)
-    return Missed(total / max(samples, 1), samples)
-
-
-def together(recordings: list[Missed]) -> float:
-    """Rms of what is missed in all recordings."""
-    samples = sum(one.samples for one in recordings)
-    energy = sum(one.mean_square * one.samples for one in recordings)
-    return math.sqrt(energy / max(samples, 1))
-
-
 @dataclass(frozen=True)
 class _HalfOctave:
-    """Half an octave.
-
-    Attributes
-    ----------
-    lowest_hz, highest_hz : float
-    power : (N,) array
-        About each time.
-    noise : float
-        What that of noise is.
-    excess : (N,) array
-        What of the power no noise explains, nor the acceleration that the encoder hides.
-    samples : int
-        Over which the power is averaged.
-    """
+    """Half an octave: its ends; at each known time the power beyond the noise, (n,), and of that
+    what stands out, nor is the acceleration that the encoder hides; the samples of an average."""
 
     lowest_hz: float
     highest_hz: float
     power: Array
-    noise: float
     excess: Array
-    samples: int
+    averaged: int
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """What the motion leaves of the effort above the band.
+class Rest:
+    """What motion and sinusoids leave of the effort above the band.
 
     Attributes
     ----------
@@ -179,107 +110,160 @@ class _Seen:
         With the acceleration as far as the encoder shows it, and with all of it.
     density : (2, F) array
         Power of the noise in each, per Hz.
+    sinusoids : (N,) array
+        What they make.
     weight : (N,) array
-    period_s, lowest_hz, cutoff_hz : float
+    wide : WideSignals
     """
 
     left: Array
     density: Array
+    sinusoids: Array
     weight: Array
-    period_s: float
-    lowest_hz: float
-    cutoff_hz: float
+    wide: WideSignals
 
     @classmethod
     def of(cls, wide: WideSignals, waves: Array, inertia: float, density: float) -> Self:
-        weight = wide.weight * _inside(wide)
-        lowest_hz = _FROM * wide.cutoff_hz
-        frequency_hz = _frequencies(len(weight), wide.period_s)
-        encoder = inertia**2 * _encoder_density(wide, frequency_hz)
-        gain = _gain(wide, frequency_hz)
+        """Take out what follows linearly from the motion, and sinusoids.
+
+        Parameters
+        ----------
+        wide : WideSignals
+        waves : (W, N) array
+            Orders and lines that were found before.
+        inertia : float
+        density : float
+            Power of the white noise of the effort, per Hz.
+        """
+        samples = len(wide.effort)
+        # at the ends a filter knows one side alone
+        ends = min(int(1.0 / (wide.knee_hz * wide.period_s)), samples // 20)
+        inner = samples - 2 * ends
+        weight = wide.weight * np.pad(scipy.signal.windows.tukey(inner, 2.0 * ends / inner), ends)
 
         def above(signals: Array) -> Array:
             weighted = weight * signals
-            return weighted - lowpass(weighted, 0.5 * lowest_hz, wide.period_s)
+            slow = lowpass(weighted, 0.5 * _FROM * wide.cutoff_hz, wide.period_s)
+            return np.asarray(weighted - slow)
 
         shown = _shown(wide, wide.acceleration)
-        rows = above(np.concatenate([_of_motion(wide, shown), wide.loads, waves]))
-        effort = above(wide.effort)
+        motion = np.concatenate([_of_motion(wide, shown), wide.loads])
+        rows, effort = above(np.concatenate([motion, waves])), above(wide.effort)
         left = effort - least_squares(rows, effort) @ rows
+        beside_motion = left
+        if len(waves):
+            rows = rows[: len(motion)]
+            beside_motion = effort - least_squares(rows, effort) @ rows
         whole = left - inertia * above(wide.acceleration - shown)
-        white = min(density, _white(left, weight, wide))
-        noise = white + np.stack([gain**2 * encoder, encoder])
-        return cls(np.stack([left, whole]), noise, weight, wide.period_s, lowest_hz, wide.cutoff_hz)
+        frequency_hz = _frequencies(samples, wide.period_s)
+        encoder = inertia**2 * _encoder_density(wide, frequency_hz)
+        noise = np.stack([_gain(wide, frequency_hz) ** 2 * encoder, encoder])
+        noise += min(density, _white(left, weight, wide))
+        return cls(np.stack([left, whole]), noise, beside_motion - left, weight, wide)
 
     @property
     def known(self) -> NDArray[np.bool_]:
         """Samples (N,) of known direction."""
         return np.asarray(self.weight > 0.5)
 
-    def half_octaves(self) -> Iterator[_HalfOctave]:
+    @property
+    def samples(self) -> int:
+        """Number of them."""
+        return int(np.count_nonzero(self.known))
+
+    @property
+    def missed(self) -> float:
+        """Energy that the base model misses above the cut-off, beyond noise."""
+        beside_sinusoids = replace(self, left=self.left + self.sinusoids)
+        above = (o for o in beside_sinusoids.half_octaves if o.lowest_hz >= self.wide.cutoff_hz)
+        return sum(float(np.sum(part.excess)) for part in above)
+
+    def disturbance(self) -> Disturbance | None:
+        """What lasts; None where nothing does, or its amplitude is not certain."""
+        parts = self.half_octaves
+        shown = np.any([part.excess > 0.0 for part in parts], axis=0)
+        if not np.size(shown) or np.mean(shown) < _LASTS:
+            return None
+        means = [float(np.mean(part.excess)) for part in parts]
+        strong = [p for p, mean in zip(parts, means, strict=True) if mean > _STRONG * max(means)]
+        power = np.sum([part.power for part in strong], axis=0)
+        amplitude = math.sqrt(2.0 * max(float(np.mean(power)), 0.0))
+        independent = len(power) / (_HANN * max(part.averaged for part in strong))
+        std = float(np.std(power)) / math.sqrt(max(independent, 1.0)) / max(amplitude, _TINY)
+        share = amplitude / math.sqrt(2.0) / max(rms(self.wide.effort), _TINY)
+        if not amplitude > NONZERO * std:
+            return None
+        return Disturbance(*self._range_hz(strong), amplitude, std, share)
+
+    @cached_property
+    def half_octaves(self) -> list[_HalfOctave]:
         """All up to the highest frequency.
 
         Below the cut-off, encoder noise hides little of the acceleration. There what the account
         with all of it does not miss is of the motion, too.
         """
-        low, highest_hz = self.lowest_hz, WIDEST / self.period_s
-        count = math.ceil(math.log(highest_hz / low, _RATIO))
-        while low < highest_hz:
-            high = min(_RATIO * low, highest_hz)
-            followed_hz = math.sqrt(low * self.lowest_hz)
-            samples = 2 * int(0.5 * _PERIODS / (followed_hz * self.period_s)) + 1
-            power, noise = self._power(low, high, samples)
-            free = 2.0 * (high - low) * _HANN * samples * self.period_s
+        lowest_hz, highest_hz = _FROM * self.wide.cutoff_hz, WIDEST / self.wide.period_s
+        count = math.ceil(math.log(highest_hz / lowest_hz, _RATIO))
+        parts = []
+        for k in range(count):
+            low, high = lowest_hz * _RATIO**k, min(lowest_hz * _RATIO ** (k + 1), highest_hz)
+            periods_s = _PERIODS / math.sqrt(low * lowest_hz)
+            averaged = 2 * int(0.5 * periods_s / self.wide.period_s) + 1
+            power, noise = self._power(low, high, averaged)
+            free = 2.0 * (high - low) * _HANN * averaged * self.wide.period_s
             chance = scipy.stats.chi2.isf(_SELDOM / count, free) / free
-            limit = _STRUCTURE**2 * chance * noise[:, None]
-            excess = np.where(power > limit, power - noise[:, None], 0.0)
-            least = np.min(excess, axis=0) if low < self.cutoff_hz else excess[0]
-            yield _HalfOctave(low, high, power[0], float(noise[0]), least, samples)
-            low *= _RATIO
+            limit = _STRUCTURE**2 * chance * noise
+            beyond = (power - noise)[:, self.known]
+            excess = np.where((power > limit)[:, self.known], beyond, 0.0)
+            least = np.min(excess, axis=0) if low < self.wide.cutoff_hz else excess[0]
+            parts.append(_HalfOctave(low, high, beyond[0], least, averaged))
+        return parts
 
-    def _power(self, low: float, high: float, samples: int) -> tuple[Array, Array]:
-        """Power (2, N) between two frequencies about each time, and that of the noise (2,)."""
+    def _power(self, low: float, high: float, averaged: int) -> tuple[Array, Array]:
+        """Power (2, N) between two frequencies about each time, and that of the noise (2, 1)."""
         count = self.left.shape[1]
-        frequency_hz = _frequencies(count, self.period_s)
-        inside = (frequency_hz >= low) & (frequency_hz < high)
-        passed = np.fft.irfft(np.where(inside, np.fft.rfft(self.left), 0.0), count)
-        weight = np.maximum(_averaged(self.weight**2, samples), _KNOWN)
-        noise = np.sum(self.density[:, inside], axis=1) / (count * self.period_s)
-        return _averaged(passed**2, samples) / weight, noise
+        inside = self._inside(low, high)
+        passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), count)
+        window = scipy.signal.windows.hann(averaged + 2)[1:-1]
+        signals = np.vstack([passed**2, self.weight**2])
+        mean = scipy.signal.oaconvolve(signals, window[None] / np.sum(window), "same", axes=-1)
+        noise = np.sum(self.density[:, inside], axis=1) / (count * self.wide.period_s)
+        return mean[:2] / np.maximum(mean[2], _KNOWN), noise[:, None]
 
-    def range_hz(self, parts: list[_HalfOctave]) -> tuple[float, float]:
+    @cached_property
+    def _spectrum(self) -> NDArray[np.complex128]:
+        return np.fft.rfft(self.left)
+
+    def _inside(self, low: float, high: float) -> NDArray[np.bool_]:
+        frequency_hz = _frequencies(self.left.shape[1], self.wide.period_s)
+        return np.asarray((frequency_hz >= low) & (frequency_hz < high))
+
+    def _range_hz(self, parts: list[_HalfOctave]) -> tuple[float, float]:
         """Frequencies between which most of the power of some half octaves lies."""
-        frequency_hz = _frequencies(self.left.shape[1], self.period_s)
-        inside = np.any(
-            [(frequency_hz >= o.lowest_hz) & (frequency_hz < o.highest_hz) for o in parts], axis=0
-        )
-        power = np.abs(np.fft.rfft(self.left[0])) ** 2
-        noise = 0.5 * self.density[0] / self.period_s * float(np.sum(self.weight**2))
-        grown = np.maximum.accumulate(np.cumsum((power - noise)[inside]))
+        inside = np.any([self._inside(part.lowest_hz, part.highest_hz) for part in parts], axis=0)
+        noise = 0.5 * self.density[0] / self.wide.period_s * float(np.sum(self.weight**2))
+        power = np.abs(self._spectrum[0]) ** 2 - noise
+        grown = np.maximum.accumulate(np.cumsum(power[inside]))
         ends = np.searchsorted(grown, np.array([_BEYOND, 1.0 - _BEYOND]) * grown[-1])
-        low, high = frequency_hz[inside][np.minimum(ends, len(grown) - 1)].tolist()
+        places = np.flatnonzero(inside)[np.minimum(ends, len(grown) - 1)]
+        low, high = (places / (self.left.shape[1] * self.wide.period_s)).tolist()
         return low, high
 
 
 def _of_motion(wide: WideSignals, shown: Array) -> Array:
-    """What a motion makes of an effort (R, N): by inertia, friction and a shift in time, and as a
-    controller answers the position."""
-    velocity = _shown(wide, wide.velocity)
+    """What a motion makes of an effort (R, N): by inertia, friction and a shift in time, as a
+    controller answers the position, and any response to a change of direction, the same after
+    each: loop and chain ring."""
     resolved_hz = min(_RESOLVED * wide.knee_hz, WIDEST / wide.period_s)
     direction = np.sign(lowpass(wide.velocity, resolved_hz, wide.period_s))
     jerk = np.gradient(shown, wide.period_s)
     fast = wide.position - lowpass(wide.position, wide.cutoff_hz, wide.period_s)
     answers = np.lib.stride_tricks.sliding_window_view(np.pad(fast, _MEMORY), len(fast))
-    ones = np.ones(len(fast))
-    rings = _after_reversals(direction, wide.period_s)
-    return np.concatenate([np.stack([shown, jerk, velocity, direction, ones]), answers, rings])
-
-
-def _after_reversals(direction: Array, period_s: float) -> Array:
-    """Any response (R, N) to a change of direction, the same after each: loop and chain ring."""
-    step = max(round(_RINGS_S / (_RINGS * period_s)), 1)
+    step = max(round(_RINGS_S / (_RINGS * wide.period_s)), 1)
     jumps = np.convolve(np.diff(direction, prepend=direction[0]), np.bartlett(2 * step + 1), "same")
-    return np.stack([np.pad(jumps, (k * step, 0))[: len(jumps)] for k in range(_RINGS)])
+    rings = [np.pad(jumps, (k * step, 0))[: len(jumps)] for k in range(_RINGS)]
+    velocity, ones = _shown(wide, wide.velocity), np.ones(len(fast))
+    return np.vstack([shown, jerk, velocity, direction, ones, answers, *rings])
 
 
 def _white(left: Array, weight: Array, wide: WideSignals) -> float:
@@ -290,16 +274,6 @@ def _white(left: Array, weight: Array, wide: WideSignals) -> float:
     power = np.abs(np.fft.rfft(left)[inside]) ** 2
     usual = float(np.median(power)) / math.log(2.0) if len(power) else 0.0
     return 2.0 * wide.period_s * usual / max(float(weight @ weight), _TINY)
-
-
-def _inside(wide: WideSignals) -> Array:
-    """Weight (N,) that fades at the ends, where a filter knows one side alone."""
-    samples = len(wide.effort)
-    settled = min(int(1.0 / (wide.knee_hz * wide.period_s)), samples // 20)
-    count = np.arange(samples)
-    from_end = np.minimum(count, count[::-1])
-    rising = np.clip((from_end - settled) / max(settled, 1), 0.0, 1.0)
-    return np.asarray(np.sin(0.5 * np.pi * rising) ** 2)
 
 
 # The part of a motion that the encoder shows: all up to the frequency at which its noise is as
@@ -340,13 +314,3 @@ def _encoder_density(wide: WideSignals, frequency_hz: Array) -> Array:
 
 def _frequencies(samples: int, period_s: float) -> Array:
     return np.asarray(np.fft.rfftfreq(samples, period_s), dtype=np.float64)
-
-
-def _averaged(signals: Array, samples: int) -> Array:
-    """Signals (..., N), averaged with a Hann window of so many samples."""
-    window = np.hanning(samples + 2)[1:-1]
-    count = signals.shape[-1]
-    length = scipy.fft.next_fast_len(count + samples, real=True)
-    spectrum = np.fft.rfft(signals, length) * np.fft.rfft(window / np.sum(window), length)
-    first = samples // 2
-    return np.asarray(np.fft.irfft(spectrum, length)[..., first : first + count])
