@@ -126,7 +126,7 @@ def leaves_structure(
         float(np.sqrt(square / samples)) for square in (model.error, model_discrepancy(data, model))
     )
     scale = nonzero_rms(data.effort[data.valid])
-    noise = float(np.hypot(floor.rms, min(unsure, LARGEST_DISCREPANCY.value * scale)))
+    noise = float(np.hypot(floor.rms, min(unsure, LARGEST_DISCREPANCY * scale)))
     return structure_left(left, noise, floor.uncertainty, discrepancy, tolerance * scale, scale)
 
 

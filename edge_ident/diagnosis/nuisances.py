@@ -64,7 +64,7 @@ def _least(
         around = tried[k - 1], tried[k + 1]
         best = scipy.optimize.minimize_scalar(left, bounds=around, method="bounded")
         found.append((float(best.x), float(best.fun)))
-    most = (1.0 + DECISIVE.value / samples) * min((error for _, error in found), default=0.0)
+    most = (1.0 + DECISIVE / samples) * min((error for _, error in found), default=0.0)
     alike = [each for each in found if each[1] <= most]
     return min(alike, key=lambda each: abs(each[0]), default=None)
 
@@ -105,9 +105,9 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     """
     search, start, data = selected.search, selected.start, selected.search.data
     model, criterion, count = selected.supported.model, search.criterion, int(np.sum(data.valid))
-    if selected.late or criterion.room(start, search.noise) <= ADDED_TERM.value:
+    if selected.late or criterion.room(start, search.noise) <= ADDED_TERM:
         return None
-    most = criterion.value(model) + DECISIVE.value
+    most = criterion.value(model) + DECISIVE
     of_base = max(start.error - search.noise, 0.0)
     for one in (*_another_clock(selected), *_behind_filters(selected)):
         size, error = _least(one.left, one.tried, count) or (0.0, start.error)
@@ -394,7 +394,7 @@ def _decided(data: AxisData, changed: FittedModel, unchanged: FittedModel) -> bo
     """Whether the criterion decidedly prefers the model with a difference."""
     samples, off = independent_samples(data, changed), model_discrepancy(data, changed)
     gain = samples * np.log((unchanged.error + off) / (changed.error + off))
-    return bool(gain - np.log(samples) > DECISIVE.value)
+    return bool(gain - np.log(samples) > DECISIVE)
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def _open_here(axis: AxisDiagnosis) -> bool:
 
 def _leaves_noise(axis: AxisDiagnosis) -> bool:
     """Whether the model leaves nothing but noise of what it was fitted to, in the band."""
-    return axis.extended.fitted <= STRUCTURE.value * axis.noise_floor
+    return axis.extended.fitted <= STRUCTURE * axis.noise_floor
 
 
 def spoken_line(line: SpectralLine) -> str:

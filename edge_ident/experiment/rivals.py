@@ -120,7 +120,7 @@ class Typical:
             return None
         linear = {name: _SMALL / length for name, length in lengths.items()}
         together = self._length(term(candidate, middle, {n: _SMALL * v for n, v in linear.items()}))
-        scale = NOT_TESTABLE.value * self.effort * _SMALL / together
+        scale = NOT_TESTABLE * self.effort * _SMALL / together
         bounds = named(candidate.effect).bounds
         sized = {n: float(np.clip(scale * v, *bounds[n])) for n, v in linear.items()}
         return term(candidate, middle, sized)
@@ -248,8 +248,8 @@ class Judge:
         """Distance that a pair needs: the larger of both directions."""
         costs = [self._cost(t, samples) for t in pair.terms]
         if pair.second is None:
-            return _needed(ADDED_TERM.value + costs[0], samples)
-        return _needed(DECISIVE.value + abs(costs[0] - costs[1]), samples)
+            return _needed(ADDED_TERM + costs[0], samples)
+        return _needed(DECISIVE + abs(costs[0] - costs[1]), samples)
 
     def _cost(self, term: Term, samples: int) -> float:
         """Penalty of a term (`edge_ident.diagnosis.select.search`)."""

@@ -362,7 +362,7 @@ class Adequacy:
         """Whether the residual is more than noise."""
         beyond = 1.0 - min(1.0, self.noise_ratio**-2)
         excess = self.relative_residual * float(np.sqrt(beyond))
-        return self.noise_ratio > STRUCTURE.value and excess > effort_checks.SMALLEST_EXCESS
+        return self.noise_ratio > STRUCTURE and excess > effort_checks.SMALLEST_EXCESS
 
     @property
     def adequate(self) -> bool:

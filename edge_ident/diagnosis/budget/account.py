@@ -451,7 +451,7 @@ def select(
     model = fitted(products, ())
     errors = _squares(model)
     least, least_held_out = _FALL * _left(model), _FALL * float(np.sum(errors[0]))
-    while (left := _left(model)) > STRUCTURE.value**2 * noise:
+    while (left := _left(model)) > STRUCTURE**2 * noise:
         best: tuple[Fit, list[Array]] | None = None
         for k, curve in enumerate(curves):
             if k in model.curves:

@@ -63,7 +63,7 @@ def orders_in_step(
         without = {o: _left_beside(data, axis, [w for w in worth if w is not o]) for o in worth}
         inside = {o: math.sqrt(max(w**2 - left**2, 0.0)) / scale for o, w in without.items()}
         worst = min(worth, key=without.__getitem__)
-        if left <= TRADED.value * without[worst]:
+        if left <= TRADED * without[worst]:
             break
         worth.remove(worst)
         suspected.append(replace(_cause(worst), decision=_WORSE))

@@ -132,7 +132,7 @@ class Assessment:
             k: f"its own effort, {share:.1%}, is mostly taken back by the other causes: the base "
             f"model leaves {left:.1%}"
             for k, share in enumerate(self._together(model))
-            if share > TAKEN_BACK.value * left
+            if share > TAKEN_BACK * left
         }
 
     def _together(self, model: FittedModel) -> list[float]:
@@ -179,7 +179,7 @@ class Assessment:
         held = [may_be_held(s, travel)[s.sample_index] for s in data.segments]
         efforts = own_efforts(data, model, self.space) * ~np.concatenate(held)[data.valid]
         sizes = dict(zip(kept, map(rms, efforts), strict=True))
-        return [k for k in stiff if sizes[k] < STIFF_CHAIN.value * self.tolerance]
+        return [k for k in stiff if sizes[k] < STIFF_CHAIN * self.tolerance]
 
     def sound(self, place: int) -> bool:
         """Whether the chain that a term of the model says is as stiff as that of a sound drive.

@@ -113,7 +113,7 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
             ),
             default=0.0,
         )
-        if hidden > NOT_TESTABLE.value * effort:
+        if hidden > NOT_TESTABLE * effort:
             reason = _reason(
                 hidden / effort, "beside the causes" if model.terms else "in this motion"
             )
@@ -128,7 +128,7 @@ def _of_angles(name: str) -> bool:
 
 def _unnoticed_effort(search: Search, basis: Array, candidate: Candidate, noise: float) -> float:
     """Rms effort that a candidate with typical parameters may have without being noticed."""
-    cost = search.criterion.penalty(candidate) + DECISIVE.value
+    cost = search.criterion.penalty(candidate) + DECISIVE
     noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
     share = float(np.median(_orthogonal_shares(search.library.rows[candidate], basis)))
     return float(noticed / share) if share > np.finfo(float).eps else np.inf
@@ -149,6 +149,6 @@ def _orthogonal_shares(rows: Array, basis: Array) -> Array:
 
 def _reason(hidden: float, where: str) -> str:
     """In words; `hidden` is relative to the effort."""
-    if hidden > INDISTINGUISHABLE.value:
+    if hidden > INDISTINGUISHABLE:
         return f"{where} it looks exactly like the base model's terms"
     return f"{where} it could make up {hidden:.0%} of the effort and not be noticed"

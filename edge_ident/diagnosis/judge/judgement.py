@@ -166,7 +166,7 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     These are no part of the machine, and the motion has to show its parameters beside them.
     """
     doubts = assessed.taken_back(assessed.fitted(kept))
-    if doubts or assessed.information_kept(kept) > INFORMATION_KEPT.value:
+    if doubts or assessed.information_kept(kept) > INFORMATION_KEPT:
         return {kept[place]: reason for place, reason in doubts.items()}
     reason = "it trades places with the base parameters, of which this motion then says little"
     terms = assessed.model.terms

@@ -140,7 +140,7 @@ def _better(search: Search, model: FittedModel, place: int, laws: Mapping[str, L
     if not better:
         return ""
     best = min(better, key=lambda name: better[name])
-    decisive = of_cause - better[best] > DECISIVE.value
+    decisive = of_cause - better[best] > DECISIVE
     how = "better" if decisive else "as well, with fewer parameters"
     return f"{best} describes the effort {how}"
 
@@ -150,8 +150,8 @@ def _needed(parameters: int, form: Form) -> float:
     parameter that it has more has to be decisive."""
     more = parameters - len(form.linear)
     if more < 0 and form.changes is ChangesWith.MOMENT:
-        return -DECISIVE.value
-    return DECISIVE.value * (1 + max(more, 0))
+        return -DECISIVE
+    return DECISIVE * (1 + max(more, 0))
 
 
 def _tried(search: Search, rest: FittedModel, columns: Array) -> tuple[float, int]:

@@ -22,7 +22,6 @@ from edge_ident.diagnosis.select.thresholds import (
     SAME_SIZE,
     STRUCTURE,
     SUPPORTED,
-    Threshold,
 )
 
 
@@ -69,7 +68,7 @@ class Decision:
 
 def nearly_none(names: Sequence[str]) -> str:
     """What is said of essential parameters near zero."""
-    return f"{', '.join(names)} lies within {NONZERO.value:.0f} standard deviations of zero"
+    return f"{', '.join(names)} lies within {NONZERO:.0f} standard deviations of zero"
 
 
 def decide(
@@ -107,9 +106,9 @@ def decide(
         return Decision(True, reason, margin)
     held_out = (
         f"it reduces the held-out residual with a probability of {evidence.supported:.1%} "
-        f"(more than {SUPPORTED.value:.0%} is required)"
+        f"(more than {SUPPORTED:.0%} is required)"
     )
-    if not evidence.supported > SUPPORTED.value:
+    if not evidence.supported > SUPPORTED:
         return Decision(False, held_out, margin)
     return Decision(True, f"{reason} and {held_out}", margin)
 
@@ -126,20 +125,20 @@ def _criterion_reason(gain: float, required: float, staying: bool) -> str:
     change = "worse" if gain > 0.0 else "better"
     return (
         f"without it the criterion is {abs(gain):.0f} units {change} (a term must gain more than "
-        f"{ADDED_TERM.value:.0f} to enter, and more than {required:.0f} to stay)"
+        f"{ADDED_TERM:.0f} to enter, and more than {required:.0f} to stay)"
     )
 
 
 def _required_gain(
-    before: Sequence[FittedTerm], after: Sequence[FittedTerm], of_one_more: Threshold[float]
+    before: Sequence[FittedTerm], after: Sequence[FittedTerm], of_one_more: float
 ) -> float:
     """Units of the criterion; those of a model with one term more are given."""
     if len(after) > len(before):
-        return of_one_more.value
+        return of_one_more
     # a new kind of effect beside one that is there already has to be decisive; and what happens at
     # a moment, in the place of what lasts: it would be chance that it did just what that does
     counts = [_kinds(terms) + _moments(terms) for terms in (before, after)]
-    return DECISIVE.value * (counts[1] - counts[0])
+    return DECISIVE * (counts[1] - counts[0])
 
 
 def _kinds(terms: Sequence[FittedTerm]) -> int:
@@ -153,7 +152,7 @@ def _moments(terms: Sequence[FittedTerm]) -> int:
 
 def separable(criterion_gain: float) -> bool:
     """Whether a motion separates a cause from an alternative that it gains this much over."""
-    return criterion_gain >= DECISIVE.value
+    return criterion_gain >= DECISIVE
 
 
 def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -> Decision:
@@ -169,9 +168,9 @@ def larger_than_rest(share: float, rest: float, *, tied_to_time: bool = False) -
     tied_to_time : bool
         Whether the effect is.
     """
-    required = rest * (LARGER_IN_TIME.value if tied_to_time else 1.0)
+    required = rest * (LARGER_IN_TIME if tied_to_time else 1.0)
     relation = "more" if share >= required else "less"
-    times = f"{LARGER_IN_TIME.value:.0f} times " if tied_to_time else ""
+    times = f"{LARGER_IN_TIME:.0f} times " if tied_to_time else ""
     reason = (
         f"its own effort, {share:.1%}, is {relation} than {times}what is left unexplained beside "
         f"it, {rest:.1%}"
@@ -191,7 +190,7 @@ def same_size(first: float, second: float, std: float, parts: tuple[str, str]) -
     parts : tuple of str
         What the halves are called.
     """
-    apart, allowed = abs(first - second), max(SAME_SIZE.value, NONZERO.value * std)
+    apart, allowed = abs(first - second), max(SAME_SIZE, NONZERO * std)
     reason = (
         f"{parts[0]} the data show {first:.2f} times its effort, and {parts[1]} {second:.2f} times"
     )
@@ -200,7 +199,7 @@ def same_size(first: float, second: float, std: float, parts: tuple[str, str]) -
 
 def noise_limit(floor: float, uncertainty: float) -> float:
     """Rms up to which a residual may be noise; `uncertainty` is the floor's relative deviation."""
-    return STRUCTURE.value * (1.0 + 2.0 * uncertainty) * floor
+    return STRUCTURE * (1.0 + 2.0 * uncertainty) * floor
 
 
 def beyond(residual: float, limit: float) -> float:
@@ -240,6 +239,6 @@ def structure_left(
     uncertainty : float
         Relative standard deviation of the floor.
     """
-    discrepancy = min(discrepancy, LARGEST_DISCREPANCY.value * effort)
+    discrepancy = min(discrepancy, LARGEST_DISCREPANCY * effort)
     uncertain = float(np.hypot(noise_limit(floor, uncertainty), discrepancy))
     return residual > max(uncertain, float(np.hypot(floor, tolerance)))

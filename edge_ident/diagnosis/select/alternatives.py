@@ -64,7 +64,7 @@ def compare_alternatives(
     """
     term = model.terms[index]
     rest = search.fit(model.base, model.without(index))
-    scored = search.score(rest, frozenset({term.candidate.effect}))[: MOST_FITTED.value]
+    scored = search.score(rest, frozenset({term.candidate.effect}))[:MOST_FITTED]
     forms = search.score(rest, gone | frozenset(catalogue()) - {term.candidate.effect})
     forms = [s for s in forms if s.candidate not in (term.candidate, VIBRATION)]
     models = [(s, search.fit(rest.base, (*rest.terms, s.term))) for s in (*scored, *forms)]
@@ -93,7 +93,7 @@ def _decision(search: Search, model: FittedModel, index: int, other: FittedModel
         return decide(model.terms, other.terms, Evidence(gain))
     if near_zero(search.data, other)[-1]:
         return Decision(False, "its essential parameters are not determined", -np.inf)
-    margin = gain + DECISIVE.value * (bool(there.form.known) - bool(here.form.known) or -1)
+    margin = gain + DECISIVE * (bool(there.form.known) - bool(here.form.known) or -1)
     return Decision(margin > 0.0, f"another form of it gains {gain:.0f} units", margin)
 
 

@@ -71,7 +71,7 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
     stds = deviations_by_term(fitted, standard_deviations(data, fitted))
     for t, names, std in zip(fitted.terms, essential, stds, strict=True):
         values = {**t.linear, **t.nonlinear}
-        near = [name for name in std if abs(values[name]) < NONZERO.value * std[name]]
+        near = [name for name in std if abs(values[name]) < NONZERO * std[name]]
         found.append(tuple(name for name in near if name in names))
     return found
 
@@ -86,7 +86,7 @@ def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
     for places in {fitted.of_effect(t) for t in fitted.terms}:
         count = sum(len(fitted.terms[k].linear) for k in places)
         if count:
-            unsure = SIZED.value * np.sqrt(count) * joint_deviation(data, fitted, places) > 1.0
+            unsure = SIZED * np.sqrt(count) * joint_deviation(data, fitted, places) > 1.0
             for k in places:
                 found[k] = bool(unsure)
     return found
@@ -97,8 +97,8 @@ def is_one_off(data: AxisData, effort: Array) -> bool:
     energy = np.bincount(data.block[data.valid], effort[data.valid] ** 2)
     present = np.bincount(data.block[data.valid]) > 0
     energy = np.sort(energy[present])[::-1]
-    most = max(2, int(ONE_OFF_BLOCKS.value * len(energy)))
-    return bool(np.sum(energy[:most]) > ONE_OFF_ENERGY.value * np.sum(energy))
+    most = max(2, int(ONE_OFF_BLOCKS * len(energy)))
+    return bool(np.sum(energy[:most]) > ONE_OFF_ENERGY * np.sum(energy))
 
 
 # Causes in time that friction or an extreme of the motion may imitate, or that are too many.
@@ -195,7 +195,7 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
         excess = extreme.excess()
         law = orthonormal(weight[:, None] * np.stack([excess, excess**2], axis=1))
         for event, push in zip(events, pushes * weight, strict=True):
-            follows = np.sum(np.square(law.T @ push)) > HELD.value * np.sum(np.square(push))
+            follows = np.sum(np.square(law.T @ push)) > HELD * np.sum(np.square(push))
             if follows and not _told_apart(data, model, event, extreme.laws):
                 reason = f"it acts where the axis is {where} than at any other time"
                 doubts |= dict.fromkeys(event, reason)
@@ -220,7 +220,7 @@ def recurring(model: FittedModel) -> dict[int, str]:
     """
     doubts: dict[int, str] = {}
     for events in overlapping(model).values():
-        if len(events) > MOST_EVENTS.value:
+        if len(events) > MOST_EVENTS:
             reason = (
                 f"{len(events)} of them are in one recording: something recurs that no effect "
                 "describes"
@@ -272,7 +272,7 @@ def _held_while(segment: Segment, effort: Array, travel: float) -> bool:
     held = float(np.sum(energy[may_be_held(segment, travel)]))
     lasts_s = segment.period_s * np.sum(energy) / max(float(np.max(energy)), _TINY)
     resolved = lasts_s > 1.0 / segment.band.cutoff_hz
-    return held > (HELD.value * float(np.sum(energy)) if resolved else 0.0)
+    return held > (HELD * float(np.sum(energy)) if resolved else 0.0)
 
 
 # Where friction may hold the axis: at a stop, and as far from it as a sound chain winds up.

@@ -61,7 +61,7 @@ def unphysical(
     shared = any(named(effect).search.shares_friction for effect in model.effects)
     sizes = np.abs(optimum) * [rms(column) for column in jacobian.T]
     for name, value, std, size in zip(PARAMETERS[:3], optimum, deviations, sizes, strict=False):
-        certain = value < -NEGATIVE.value * std and size > tolerance
+        certain = value < -NEGATIVE * std and size > tolerance
         if certain and not (shared and name in FRICTION):
             return (
                 f"with it the best fit has a negative {name.replace('_', ' ')}, "
@@ -78,7 +78,7 @@ def _shows_inertia(data: AxisData, model: FittedModel, least: float = 0.0) -> bo
     """Whether a model has a certain inertia, and one whose effort has more than a least rms."""
     inertia, column = float(model.base[0]), model.jacobian[data.valid, 0]
     parts = standard_deviations(data, model)[0], attenuation(data, model)[0]
-    return inertia > NEGATIVE.value * np.hypot(*parts) and inertia * rms(column) > least
+    return inertia > NEGATIVE * np.hypot(*parts) and inertia * rms(column) > least
 
 
 def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bool:

@@ -64,7 +64,7 @@ def reliable(
 ) -> bool:
     """Whether the reliability ratio of a candidate's orthogonal component is high enough."""
     ratio = _reliability_ratio(regressors, replica_regressors, jacobian, replica_jacobian)
-    return ratio > RELIABILITY.value
+    return ratio > RELIABILITY
 
 
 def _reliability_ratio(
@@ -285,7 +285,7 @@ def independent_samples(data: AxisData, fitted: FittedModel) -> float:
     for lag in range(1, len(residual) // 4):
         pairs = float(here[lag:] @ here[:-lag])
         correlation = float(residual[lag:] @ residual[:-lag]) / max(pairs, 1.0) / power
-        if correlation < LOST_CORRELATION.value / np.sqrt(max(pairs, 1.0)):
+        if correlation < LOST_CORRELATION / np.sqrt(max(pairs, 1.0)):
             break
         spread += 2.0 * correlation**2
     return count / spread
@@ -398,14 +398,14 @@ class Search:
             certain = self._coarse(fitted, held, without, held=True)
             coarse = [*coarse, *certain]
         before = self.criterion.misfit(fitted.error + discrepancy)
-        promising = PROMISING.value * (before - min(map(value, certain), default=before))
+        promising = PROMISING * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
             gained = before - value(scored)
             searched = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
-            if searched == MOST_REFINED.value or gained < promising:
+            if searched == MOST_REFINED or gained < promising:
                 break
-            if gained < SLIGHTEST.value - self.criterion.penalty(scored.candidate):
+            if gained < SLIGHTEST - self.criterion.penalty(scored.candidate):
                 break
             refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
             best = self._within_bounds(fitted, refined)

@@ -107,7 +107,7 @@ def along_one_sinusoid(selected: Selected) -> float:
     than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
     search, kept = selected.search, selected.search.data.results
     room = search.criterion.room(selected.start, search.noise)
-    if search.data.several_speeds or room <= ADDED_TERM.value:
+    if search.data.several_speeds or room <= ADDED_TERM:
         return 0.0
     if far_shift_s not in kept:
         reach_s = search.excitation.quarter_turn_s
@@ -183,7 +183,7 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
     """
     search, start, data = selected.search, selected.start, selected.search.data
     model = selected.supported.model
-    best, found = search.criterion.value(model) - DECISIVE.value, None
+    best, found = search.criterion.value(model) - DECISIVE, None
     if delayed(model.axis):
         return None
     for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
@@ -260,7 +260,7 @@ def own_friction_data(selected: Selected) -> AxisData | None:
         return None
     moved = replace(data, own=OWN, cache={})
     criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
-    least = search.criterion.value(selected.supported.model) - DECISIVE.value
+    least = search.criterion.value(selected.supported.model) - DECISIVE
     for beside in causes_in_turn(selected, none=True):
         model = fit(moved, start.template, start.base, beside)
         if criterion.value(model) < least:

@@ -157,7 +157,7 @@ def first_selected(data: AxisData, template: AxisModel, before: Search | None = 
     search = Search.of(data, template, start, before)
     model = _grown(search, start)
     samples = independent_samples(data, model)
-    if model.terms and samples < FEWEST_INDEPENDENT.value * search.criterion.samples:
+    if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
         search = search.with_samples(samples)
         model = _grown(search, start)
     return Selected(search, start, SupportedModel(model, (), (), converged=False))
@@ -193,7 +193,7 @@ def settle(search: Search, model: FittedModel) -> SupportedModel:
     """
     refused: list[Refused] = []
     gone: LeftOut = frozenset()
-    for remaining in reversed(range(MOST_ROUNDS.value + 1)):
+    for remaining in reversed(range(MOST_ROUNDS + 1)):
         model = polished(search, in_best_senses(search, model))
         seen = _look(search, model, gone)
         if seen.change is None or not remaining:
@@ -277,11 +277,11 @@ def _grown(search: Search, model: FittedModel, gone: LeftOut = frozenset()) -> F
     one explains alone.
     """
     best, beam = model, [model]
-    for _ in range(MOST_TERMS.value - len(model.terms)):
+    for _ in range(MOST_TERMS - len(model.terms)):
         larger = [child for parent in beam for child in _children(search, parent, gone)]
         if not larger:
             break
-        beam = _distinct(sorted(larger, key=search.criterion.value))[: BEAM_WIDTH.value]
+        beam = _distinct(sorted(larger, key=search.criterion.value))[:BEAM_WIDTH]
         beam[0] = polished(search, beam[0])
         best = max([best, *beam], key=lambda other: search.gain(model, other))
     return best
@@ -290,7 +290,7 @@ def _grown(search: Search, model: FittedModel, gone: LeftOut = frozenset()) -> F
 def _children(search: Search, parent: FittedModel, gone: LeftOut) -> list[FittedModel]:
     """Models with one more term that the acceptance rule accepts."""
     scored = [s for s in search.score(parent, gone) if not s.on_edge]
-    tried = (_child(search, parent, s) for s in different_first(scored)[: MOST_FITTED.value])
+    tried = (_child(search, parent, s) for s in different_first(scored)[:MOST_FITTED])
     return [child for child in tried if child is not None]
 
 

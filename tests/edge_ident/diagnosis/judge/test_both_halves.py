@@ -71,7 +71,7 @@ def test_a_ripple_that_drowns_in_noise_is_no_contradiction() -> None:
 
 
 def test_no_formula_is_farther_off_than_halves_may_be_apart() -> None:
-    assert max(effect.search.discrepancy for effect in catalogue().values()) == SAME_SIZE.value
+    assert max(effect.search.discrepancy for effect in catalogue().values()) == SAME_SIZE
 
 
 def test_an_event_has_no_second_half() -> None:

@@ -1,6 +1,7 @@
 """The rule that accepts a cause, and the thresholds: all in one file, all with a reason."""
 
 import ast
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from edge_ident.diagnosis.fit.linear import solve
 from edge_ident.diagnosis.judge import judgement
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select import acceptance
+from edge_ident.diagnosis.select import acceptance, thresholds
 from edge_ident.diagnosis.select.acceptance import (
     Evidence,
     beyond,
@@ -23,7 +24,6 @@ from edge_ident.diagnosis.select.acceptance import (
     structure_left,
 )
 from edge_ident.diagnosis.select.cross_validation import held_out_gain
-from edge_ident.diagnosis.select.thresholds import thresholds
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -160,13 +160,6 @@ def accepted(data: AxisData, regressors: np.ndarray) -> bool:
     return decide([], after.terms, Evidence(400.0, gain.supported, gain.one_off)).accepted
 
 
-def test_every_threshold_has_unit_reason_and_support() -> None:
-    assert len(thresholds()) > 15
-    for name, threshold in thresholds().items():
-        for text in (threshold.unit, threshold.meaning, threshold.reason, threshold.support):
-            assert text, name
-
-
 @pytest.mark.parametrize(
     "file", sorted(f for room in ROOMS for f in room.glob("*.py")), ids=lambda file: file.name
 )
@@ -200,16 +193,8 @@ def test_the_check_for_thresholds_finds_them() -> None:
     assert not numbers(ast.parse("def f(x):\n    return x > 0 and len(x) == 1"))
 
 
-def test_the_reference_prints_every_threshold_as_it_is() -> None:
+def test_the_reference_has_every_threshold_as_it_is() -> None:
     page = (Path(__file__).parents[4] / "docs" / "diagnosis_reference.md").read_text("utf-8")
-    assert table_of_thresholds() in page, f"write this table:\n{table_of_thresholds()}"
-
-
-def table_of_thresholds() -> str:
-    rows = [("threshold", "value", "what it decides", "reason"), ("---",) * 4]
-    rows += [
-        (f"`{name}`", f"{t.value:g} {t.unit}", t.meaning, t.reason)
-        for name, t in thresholds().items()
-        if not t.support.startswith("none needed")  # what decides on no cause
-    ]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    table = re.findall(r"^\| `([A-Z_]+)` \| ([0-9.]+) ", page, re.MULTILINE)
+    in_code = {name: value for name, value in vars(thresholds).items() if name.isupper()}
+    assert {name: float(value) for name, value in table} == in_code

@@ -17,7 +17,6 @@ from edge_ident.diagnosis.select import selection
 from edge_ident.diagnosis.select.cross_validation import near_zero
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import different_first, settle
-from edge_ident.diagnosis.select.thresholds import MOST_ROUNDS
 from edge_ident.model.effects import named
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
@@ -47,7 +46,7 @@ def test_a_superfluous_term_leaves_and_says_why(superfluous: tuple[Search, Fitte
 def test_too_few_rounds_say_that_it_did_not_converge(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    monkeypatch.setattr(selection, "MOST_ROUNDS", 0)
     supported = settle(*superfluous)
     assert not supported.converged
     assert len(supported.model.terms) == len(supported.support) == 1
@@ -56,7 +55,7 @@ def test_too_few_rounds_say_that_it_did_not_converge(
 def test_nothing_is_named_of_a_selection_that_did_not_converge(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    monkeypatch.setattr(selection, "MOST_ROUNDS", 0)
     t, x, v, a = swing(seconds=12.0)
     effort = rigid(v, a) + 0.4 * v**2 * np.sign(v)
     search = Search.of(
@@ -83,7 +82,7 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
 def test_what_would_leave_in_one_more_round_is_only_suspected(
     superfluous: tuple[Search, FittedModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "MOST_ROUNDS", replace(MOST_ROUNDS, value=0))
+    monkeypatch.setattr(selection, "MOST_ROUNDS", 0)
     search, supported = superfluous[0], settle(*superfluous)
     start, floor = search.criterion.start, noise_floor(search.data, search.criterion.start)
     judged = judge(search, start, supported, floor, Rules())
