@@ -176,7 +176,8 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against events that something else may imitate, or that recur, weak ones too."""
     doubts = imitated(assessed.search.data, assessed.fitted(kept))
-    reasons = recurring(assessed.model) | {kept[place]: why for place, why in doubts.items()}
+    reasons = recurring(assessed.model, assessed.search.excitation)
+    reasons |= {kept[place]: why for place, why in doubts.items()}
     return {k: reasons[k] for k in kept if k in reasons}
 
 

@@ -33,7 +33,7 @@ from edge_ident.diagnosis.select.thresholds import (
     SIZED,
 )
 from edge_ident.model.effects import named
-from edge_ident.model.search import SOUND_RESONANCE_HZ
+from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation
 
 Array = NDArray[np.float64]
 
@@ -208,10 +208,11 @@ def _told_apart(data: AxisData, model: FittedModel, event: list[int], laws: Arra
     return separable(np.count_nonzero(data.valid) * np.log(max(ratio, _TINY)))
 
 
-def recurring(model: FittedModel) -> dict[int, str]:
+def recurring(model: FittedModel, excitation: Excitation) -> dict[int, str]:
     """Reasons against events of one recording that are too many for each to have happened once.
 
-    Events that overlap are one: a pulse of another shape takes several.
+    Events that overlap are one: a pulse of another shape takes several. So are changes that last
+    within one cycle of the motion: a mass is not taken up in no time.
 
     Returns
     -------
@@ -219,7 +220,7 @@ def recurring(model: FittedModel) -> dict[int, str]:
         Places are those of `model.terms`.
     """
     doubts: dict[int, str] = {}
-    for events in overlapping(model).values():
+    for events in overlapping(model, 2.0 * np.pi / excitation.turning_rate).values():
         if len(events) > MOST_EVENTS:
             reason = (
                 f"{len(events)} of them are in one recording: something recurs that no effect "
@@ -229,8 +230,16 @@ def recurring(model: FittedModel) -> dict[int, str]:
     return doubts
 
 
-def overlapping(model: FittedModel) -> dict[tuple[str, float | None], list[list[int]]]:
+def overlapping(
+    model: FittedModel, lasts_s: float = 0.0
+) -> dict[tuple[str, float | None], list[list[int]]]:
     """Terms tied to time that are one event, because each overlaps the next.
+
+    Parameters
+    ----------
+    model : FittedModel
+    lasts_s : float
+        For which a change that lasts is still the same one.
 
     Returns
     -------
@@ -241,7 +250,7 @@ def overlapping(model: FittedModel) -> dict[tuple[str, float | None], list[list[
     for k, t in enumerate(model.terms):
         if tied_to_time(t):
             begins_s = t.nonlinear.get("time", 0.0)
-            ends_s = begins_s + t.nonlinear.get("duration", 0.0)
+            ends_s = begins_s + t.nonlinear.get("duration", lasts_s)
             places[t.candidate.effect, t.nonlinear.get("clock")].append((begins_s, ends_s, k))
     found = {}
     for kind, several in places.items():
