@@ -18,18 +18,14 @@ from edge_ident.diagnosis.fit.summary import (
     own_efforts,
     recorded_sizes,
 )
+from edge_ident.diagnosis.judge.causes_in_time import held_travel, may_be_held
 from edge_ident.diagnosis.select.acceptance import (
     beyond,
     nearly_none,
     noise_limit,
     structure_left,
 )
-from edge_ident.diagnosis.select.cross_validation import (
-    held_travel,
-    may_be_held,
-    near_zero,
-    unsized,
-)
+from edge_ident.diagnosis.select.cross_validation import near_zero, unsized
 from edge_ident.diagnosis.select.physics import unphysical
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import polished

@@ -17,18 +17,14 @@ from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
+from edge_ident.diagnosis.judge.causes_in_time import imitated, recurring
 from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.halves import decide_halves
 from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
-from edge_ident.diagnosis.select.cross_validation import (
-    evidence_for_terms,
-    imitated,
-    recurring,
-    tied_to_time,
-)
+from edge_ident.diagnosis.select.cross_validation import evidence_for_terms, tied_to_time
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT

@@ -16,15 +16,11 @@ from edge_ident.diagnosis.fit.held_out import (
 )
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.assessment import Assessment
+from edge_ident.diagnosis.judge.causes_in_time import at_standstill, may_be_held, never_repeated
 from edge_ident.diagnosis.judge.judgement import _in_time
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.select.cross_validation import (
-    at_standstill,
-    may_be_held,
-    never_repeated,
-    unsized,
-)
+from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
