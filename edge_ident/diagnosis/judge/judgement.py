@@ -26,7 +26,7 @@ from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
 from edge_ident.diagnosis.select.cross_validation import evidence_for_terms, tied_to_time
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm
+from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm, without_each
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 
 _UNSETTLED: Final = "the selection of causes did not converge: in another round others may stay"
@@ -260,7 +260,7 @@ def _supported(
     """The model with a part of the terms: gains and decisions anew, alternatives as they were."""
     places = sorted([*named, *minor])
     model = assessed.fitted(places)
-    _, _, gains = evidence_for_terms(assessed.search, model)
+    _, gains = evidence_for_terms(assessed.search, model, without_each(assessed.search, model))
     support = []
     larger = _beside_rest(beside, beside.fitted(places))
     for place, gain, decided in zip(places, gains, larger, strict=True):

@@ -103,17 +103,16 @@ def tied_to_time(term: FittedTerm) -> bool:
 
 
 def evidence_for_terms(
-    search: Search, model: FittedModel
-) -> tuple[list[FittedModel], list[Evidence], list[Gain]]:
-    """The models without each term, and the evidence for the term."""
+    search: Search, model: FittedModel, smaller: Sequence[FittedModel]
+) -> tuple[list[Evidence], list[Gain]]:
+    """The evidence for each term; `smaller` are the models without it."""
     residuals = held_out_residuals(search.data, model)
-    smaller = [search.fit(model.base, model.without(k)) for k in range(len(model.terms))]
     gains = [held_out_gain(search.data, less, model, residuals) for less in smaller]
     evidence = [
         Evidence(search.gain(less, model), gain.supported, gain.one_off)
         for less, gain in zip(smaller, gains, strict=True)
     ]
-    return smaller, evidence, gains
+    return evidence, gains
 
 
 def staying(

@@ -29,6 +29,7 @@ from edge_ident.diagnosis.select.alternatives import (
 from edge_ident.diagnosis.select.cross_validation import (
     evidence_for_terms,
     held_out_gain,
+    is_one_off,
     near_zero,
     staying,
 )
@@ -228,7 +229,8 @@ def _look(search: Search, model: FittedModel, gone: LeftOut) -> _Round:
     alternative comes before a term with an essential parameter near zero leaves, in that form. Then
     comes what is to be added, but for what is gone.
     """
-    smaller, evidence, gains = evidence_for_terms(search, model)
+    smaller = without_each(search, model)
+    evidence, gains = evidence_for_terms(search, model, smaller)
     seen = _Round(gains, staying(smaller, model, evidence))
     left_out: list[str | Candidate] = [t.candidate.effect for t in model.terms]
     if all(d.accepted for d in seen.decisions):
@@ -247,6 +249,19 @@ def _look(search: Search, model: FittedModel, gone: LeftOut) -> _Round:
     reason = Refused(model.terms[weakest].candidate.effect, seen.decisions[weakest].reason)
     change = search.fit(model.base, model.without(weakest))
     return replace(seen, change=change, refused=(reason,), gone=frozenset({left_out[weakest]}))
+
+
+def without_each(search: Search, model: FittedModel) -> list[FittedModel]:
+    """The models without each term of a model.
+
+    What acts once stays by the criterion alone, so the others are at their best without it.
+    """
+    found = []
+    for place in range(len(model.terms)):
+        less = search.fit(model.base, model.without(place))
+        once = is_one_off(search.data, model.predicted - less.predicted)
+        found.append(polished(search, less) if once else less)
+    return found
 
 
 def _compared(search: Search, model: FittedModel, gone: LeftOut) -> list[ComparedAlternatives]:
