@@ -241,6 +241,7 @@ def _beside_line(
         finding,
         message=f"{finding.message}; it trades places with other terms of the friction. Of the "
         f"line through the friction curve it is {value:.4g} ± {std:.2g}",
+        blocks=False,
     )
 
 
