@@ -5,6 +5,7 @@ Both need derivatives of the prediction by the nonlinear parameters as well.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -218,6 +219,10 @@ def _prior_rows(unit: Array, length: Array, nonlinear: int) -> Array:
 
 _LEVEL: Final = 0.975
 """Quantile of the interval's ends."""
+_RESAMPLES: Final = 1000
+"""Of the blocks of time (Künsch, Annals of Statistics 17 (1989) 1217): 0.95 then has a standard
+error of 0.007."""
+_SEED: Final = 1
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -231,7 +236,7 @@ class Gain:
     interval : (float, float)
         95 %.
     supported : float
-        Probability that the residual falls.
+        Share of the bootstrap resamples of the blocks in which the residual falls.
     one_off : bool
         Computed from the fitted residual: what happens once cannot be predicted.
     """
@@ -270,8 +275,21 @@ def gain_of(block: NDArray[np.intp], before: Array, after: Array) -> Gain:
     std = max(np.sqrt(blocks / (blocks - 1.0) * float(parts @ parts)), _TINY)
     reach = float(scipy.special.stdtrit(blocks - 1, _LEVEL)) * std
     ends = (float(1.0 - np.exp(ratio + reach)), float(1.0 - np.exp(ratio - reach)))
-    supported = float(scipy.special.stdtr(blocks - 1, -ratio / std))
+    supported = float(np.mean((old - new) @ _drawn(blocks) > 0.0))
     return Gain(float(1.0 - np.exp(ratio)), ends, supported)
+
+
+@cache
+def _drawn(blocks: int) -> Array:
+    """How often each resample holds each block, (B, R).
+
+    Of a residual in which something happens once, a block has most of the squares, and says little
+    of the sign: no normal distribution tells that.
+    """
+    rng = np.random.default_rng(_SEED)
+    drawn = rng.integers(0, blocks, (_RESAMPLES, blocks))
+    counts = [np.bincount(sample, minlength=blocks) for sample in drawn]
+    return np.array(counts, dtype=np.float64).T
 
 
 # Model discrepancy: how far the formulas of a model may be from the machine.

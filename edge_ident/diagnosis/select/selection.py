@@ -140,8 +140,26 @@ def unsearched(data: AxisData, template: AxisModel) -> Selected:
     return Selected(Search.of(data, template, start), start, alone)
 
 
-def first_selected(data: AxisData, template: AxisModel, before: Search | None = None) -> Selected:
-    """What a selection begins with: terms that are added, and no other change.
+def first_selected(data: AxisData, template: AxisModel) -> Selected:
+    """What is added at the points of the grids alone, refined at the end: it tells how an effort is
+    shifted beside its causes, before the search is worth its time.
+
+    Parameters
+    ----------
+    data : AxisData
+    template : AxisModel
+        The axis with what it is known to have.
+    """
+    start = fitted_base(data, template)
+    search = Search.of(data, template, start)
+    model = polished(search, _grown(replace(search, refines=False), start))
+    samples = min(search.criterion.samples, independent_samples(data, model))
+    unsettled = SupportedModel(model, (), (), converged=False)
+    return Selected(search.with_samples(samples), start, unsettled)
+
+
+def selected_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
+    """Select a model of an axis.
 
     A coloured residual is worth fewer independent samples than it has. Then the terms are added
     anew, and the search counts as many.
@@ -151,35 +169,19 @@ def first_selected(data: AxisData, template: AxisModel, before: Search | None = 
     data : AxisData
     template : AxisModel
         The axis with what it is known to have.
-    before : Search, optional
-        On the same motion, with an effort that was moved since then.
+    before : Selected, optional
+        On the same motion, with an effort that may have been moved since then.
     """
-    start = fitted_base(data, template)
-    search = Search.of(data, template, start, before)
+    start, search = fitted_base(data, template), before.search if before else None
+    if search is None or search.data is not data:
+        search = Search.of(data, template, start, search)
     model = _grown(search, start)
     samples = independent_samples(data, model)
     if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
         search = search.with_samples(samples)
         model = _grown(search, start)
-    return Selected(search, start, SupportedModel(model, (), (), converged=False))
-
-
-def selected_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
-    """Select a model of an axis.
-
-    Parameters
-    ----------
-    data : AxisData
-    template : AxisModel
-        The axis with what it is known to have.
-    before : Selected, optional
-        On the same motion. Where the effort is the same, too, the search goes on from there.
-    """
-    if before is None or before.search.data is not data:
-        before = first_selected(data, template, before.search if before else None)
-    found = replace(before, supported=settle(before.search, before.supported.model))
-    inertia, model = float(found.start.base[0]), found.supported.model
-    seen = with_hidden_events(data, model, inertia)
+    found = Selected(search, start, settle(search, model))
+    seen = with_hidden_events(data, found.supported.model, float(start.base[0]))
     return found if seen is data else selected_model(seen, template)
 
 
