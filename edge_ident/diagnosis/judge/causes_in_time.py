@@ -11,7 +11,7 @@ is reached once stays one: it acts then, and what is tied to time is not carried
 """
 
 from collections import defaultdict
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.linear import orthonormal
 from edge_ident.diagnosis.fit.summary import Extremes, along, error_with, measured
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import REACH_PERIODS, AxisData, Segment
 from edge_ident.diagnosis.select.acceptance import separable
 from edge_ident.diagnosis.select.cross_validation import tied_to_time
 from edge_ident.diagnosis.select.thresholds import HELD, MOST_EVENTS
@@ -31,9 +31,10 @@ Array = NDArray[np.float64]
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-def imitated(data: AxisData, model: FittedModel) -> dict[int, str]:
+def imitated(data: AxisData, model: FittedModel, excitation: Excitation) -> dict[int, str]:
     """Reasons against terms tied to time that something else may imitate, by their places."""
-    return never_repeated(data, model) | at_standstill(data, model)
+    doubts = never_repeated(data, model) | at_standstill(data, model)
+    return doubts | brief(data, model, excitation)
 
 
 def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
@@ -121,11 +122,11 @@ def _told_apart(data: AxisData, model: FittedModel, event: list[int], laws: Arra
     return separable(np.count_nonzero(data.valid) * np.log(max(ratio, _TINY)))
 
 
-def recurring(model: FittedModel, excitation: Excitation) -> dict[int, str]:
+def recurring(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against events of one recording that are too many for each to have happened once.
 
-    Events that overlap are one: a pulse of another shape takes several. So are changes that last
-    within one cycle of the motion: a mass is not taken up in no time.
+    Events that overlap are one: a pulse of another shape takes several. So are changes that the
+    filter of the comparison reaches at once: a mass is not taken up in no time.
 
     Returns
     -------
@@ -133,7 +134,7 @@ def recurring(model: FittedModel, excitation: Excitation) -> dict[int, str]:
         Places are those of `model.terms`.
     """
     doubts: dict[int, str] = {}
-    for events in overlapping(model, 2.0 * np.pi / excitation.turning_rate).values():
+    for events in overlapping(model, _reach_s(data)).values():
         if len(events) > MOST_EVENTS:
             reason = (
                 f"{len(events)} of them are in one recording: something recurs that no effect "
@@ -141,6 +142,40 @@ def recurring(model: FittedModel, excitation: Excitation) -> dict[int, str]:
             )
             doubts |= dict.fromkeys((k for event in events for k in event), reason)
     return doubts
+
+
+def brief(data: AxisData, model: FittedModel, excitation: Excitation) -> dict[int, str]:
+    """Reasons against changes that last, of which the next takes one back too soon.
+
+    A mass tells itself from a push by costing effort both ways, so it stays for a cycle.
+
+    Returns
+    -------
+    mapping of place to str
+        Places are those of `model.terms`.
+    """
+    cycle_s = 2.0 * np.pi / excitation.turning_rate
+    doubts: dict[int, str] = {}
+    for events in overlapping(model, _reach_s(data)).values():
+        lasting = [
+            event
+            for event in events
+            if {*model.terms[event[0]].nonlinear} & {"time", "duration"} == {"time"}
+        ]
+        for one, other in pairwise(lasting):
+            ends_s, begins_s = (model.terms[k].nonlinear["time"] for k in (other[0], one[-1]))
+            if ends_s - begins_s < cycle_s:
+                reason = (
+                    f"what lasts for {ends_s - begins_s:.3g} s alone, less than a cycle of the "
+                    f"motion ({cycle_s:.3g} s), may be a push"
+                )
+                doubts |= dict.fromkeys((*one, *other), reason)
+    return doubts
+
+
+def _reach_s(data: AxisData) -> float:
+    """For how long the filter of the comparison holds two changes to be one."""
+    return REACH_PERIODS / max(s.cutoff_hz for s in data.segments)
 
 
 def overlapping(

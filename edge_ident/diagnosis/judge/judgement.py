@@ -171,8 +171,9 @@ def _traded(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 def _in_time(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against events that something else may imitate, or that recur, weak ones too."""
-    doubts = imitated(assessed.search.data, assessed.fitted(kept))
-    reasons = recurring(assessed.model, assessed.search.excitation)
+    search, model = assessed.search, assessed.fitted(kept)
+    doubts = imitated(search.data, model, search.excitation)
+    reasons = recurring(search.data, assessed.model)
     reasons |= {kept[place]: why for place, why in doubts.items()}
     return {k: reasons[k] for k in kept if k in reasons}
 

@@ -29,7 +29,7 @@ UNKNOWN: Final = 1e-6
 """Direction weight where the direction is unknown: zero, but for rounding."""
 WHOLE_BAND: Final = 0.4
 """Of the sampling rate; below it a shift by a fraction of a sample is exact."""
-_REACH_PERIODS: Final = 4.0
+REACH_PERIODS: Final = 4.0
 """Cut-off periods after which the filter's response is below a ten-thousandth."""
 _WHITENING_REACH: Final = 2.0
 """The same in periods of the knee, for the whitening."""
@@ -205,7 +205,7 @@ def filter_at(
 ) -> SampledFilter:
     """The filter of the comparison, weighted by (N,), at a few samples."""
     samples = len(weight)
-    reach_s = max(_REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
+    reach_s = max(REACH_PERIODS / band.cutoff_hz, _WHITENING_REACH / band.knee_hz)
     reach = min(int(reach_s / period_s), samples - 1)
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0

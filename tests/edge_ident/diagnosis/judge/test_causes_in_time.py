@@ -16,7 +16,12 @@ from edge_ident.diagnosis.fit.held_out import (
 )
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.judge.assessment import Assessment
-from edge_ident.diagnosis.judge.causes_in_time import at_standstill, may_be_held, never_repeated
+from edge_ident.diagnosis.judge.causes_in_time import (
+    at_standstill,
+    brief,
+    may_be_held,
+    never_repeated,
+)
 from edge_ident.diagnosis.judge.judgement import _in_time
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -251,3 +256,26 @@ def test_what_is_picked_up_and_put_down_is_two_changes() -> None:
     masses = [term.values["inertia"] for term in changes]
     assert masses == pytest.approx([0.2, -0.2], abs=0.02)
     assert axis.extended.estimate.parameters[0] == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize(("lasts_s", "doubtful"), [(0.02, []), (0.5, [0, 1]), (3.0, [])])
+def test_what_is_carried_for_less_than_a_cycle_may_be_a_push(
+    lasts_s: float, doubtful: list[int]
+) -> None:
+    """The motion has the speed and the acceleration of a sine with a cycle of 1.9 s."""
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    form = Form(("inertia", "coulomb_friction"), ("time",))
+    none = {"inertia": 0.0, "coulomb_friction": 0.0}
+    model = fit(
+        data,
+        TEMPLATE,
+        np.zeros(4),
+        [
+            FittedTerm(Candidate("payload_change", form), {"time": time, "clock": 0.0}, none)
+            for time in (6.0, 6.0 + lasts_s)
+        ],
+    )
+    doubts = brief(data, model, data.excitation(np.ones(4)))
+    assert list(doubts) == doubtful
+    assert all("may be a push" in reason for reason in doubts.values())
