@@ -92,7 +92,7 @@ def test_a_run_whose_terminal_is_gone_writes_its_results(
 
 
 def test_a_file_does_not_get_the_number_of_a_closed_stream(tmp_path: Path) -> None:
-    opened = "import edge_ident.__main__ as m, os; m.open_closed(); "
+    opened = "import edge_ident.__main__ as m, os; m.process.open_closed(); "
     script = opened + "print(os.dup(0), file=m.sys.stderr)"
     shell = ["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-c", script]
     done = subprocess.run(shell, stderr=subprocess.PIPE, text=True, timeout=60, check=True)

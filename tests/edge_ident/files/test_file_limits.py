@@ -280,7 +280,7 @@ def test_text_is_unpacked_as_far_as_a_recording_goes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     most = 1 << 21
-    monkeypatch.setattr("edge_ident.files.opening.MOST_BYTES", most)
+    monkeypatch.setattr("edge_ident.support.documents.MOST_BYTES", most)
     path = tmp_path / "zeros.csv.gz"
     with gzip.open(path, "wt") as file:
         file.write(f"{','.join(NAMES)}\n1,2,3\n2,3,4\n" + most * "\n")
@@ -308,7 +308,7 @@ def test_a_chunk_of_a_bag_is_unpacked_as_far_as_a_recording_goes(
 ) -> None:
     from rosbags.rosbag1 import Writer
 
-    monkeypatch.setattr("edge_ident.files.bags.MOST_BYTES", 20_000)
+    monkeypatch.setattr("edge_ident.support.documents.MOST_BYTES", 20_000)
     monkeypatch.setattr("tests.edge_ident.files.test_bags.Writer1", _packing(Writer, kind))
     path = write_bag(tmp_path, ".bag", {"/joint_states": ["pan", "tilt"]})
     with pytest.raises(DataError, match="bytes unpacked, and at most 20,000 are read"):
