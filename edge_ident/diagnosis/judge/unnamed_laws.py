@@ -28,7 +28,6 @@ from edge_ident.model.motion import Motion
 from edge_ident.model.search import ChangesWith, Form
 
 Array = NDArray[np.float64]
-_TINY: Final = float(np.finfo(float).tiny)
 Law = Callable[[Motion, Array, Values], Array]
 """Columns (k, N) along a motion, from the effort (N,) of the model without the cause, and from the
 cause's parameters."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +28,6 @@ from edge_ident.diagnosis.select.thresholds import (
 from edge_ident.model.effects import named
 
 Array = NDArray[np.float64]
-
-
-_TINY: Final = float(np.finfo(float).tiny)
 
 
 def held_out_gain(
