@@ -16,7 +16,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import option, setting
+from edge_ident.cli.options import Setting
 from edge_ident.cli.settings import board_setting
 from edge_ident.support.words import plain_number
 
@@ -32,43 +32,6 @@ if TYPE_CHECKING:
 
 # The command board: a virtual board to connect to.
 
-Pty = Annotated[bool, option("--pty", "Offer the board at a pseudo-terminal, like a serial port.")]
-DeviceLink = Annotated[
-    Path | None,
-    option(
-        "--link PATH",
-        "Path of a link to the pseudo-terminal, so that the device name stays the same.",
-    ),
-]
-TcpPort = Annotated[
-    int | None,
-    option("--tcp PORT", "Offer the board over Modbus TCP at this port.", min=0, max=65535),
-]
-Address = Annotated[str, option("--bind ADDRESS", "Network address of this computer for --tcp.")]
-Speed = Annotated[
-    str,
-    setting(
-        "--speed FACTOR",
-        "Speed of time in the board: a factor of real time, or max for as fast as possible. "
-        "If it is not 1, doctor says that the board's clock is wrong.",
-    ),
-]
-PressStop = Annotated[
-    bool,
-    option(
-        "--press-stop", "Press and release the emergency stop of the board that runs with --link."
-    ),
-]
-Failures = Annotated[
-    list[str] | None,
-    option(
-        "--fail NAME[=AXIS][@TIME]",
-        "Make something fail, such as encoder_lost=x@3s (after the board's start) or "
-        "sto@motion+1s (after that of the first motion); may be repeated. An unknown "
-        "name lists all failures.",
-    ),
-]
-
 
 def register(app: typer.Typer) -> None:
     """Add this file's commands."""
@@ -80,14 +43,14 @@ def register(app: typer.Typer) -> None:
 @command
 def board(
     *,
-    pty: Pty = False,
-    link: DeviceLink = None,
-    tcp: TcpPort = None,
-    bind: Address = "127.0.0.1",
-    speed: Speed = "1",
+    pty: bool = False,
+    link: Path | None = None,
+    tcp: Annotated[int | None, typer.Option(min=0, max=65535)] = None,
+    bind: str = "127.0.0.1",
+    speed: Setting[str] = "1",
     faults: options.HideOptions,
-    fail: Failures = None,
-    press_stop: PressStop = False,
+    fail: list[str] | None = None,
+    press_stop: bool = False,
     results: options.ResultOptions,
 ) -> None:
     """Run a virtual board with a flexible feed drive until Ctrl-C.
@@ -103,6 +66,25 @@ def board(
     Example: `edge-ident board --pty --speed 10`
 
     Example: `edge-ident board --tcp 5020 --fail encoder_lost=x@motion+2s`
+
+    Parameters
+    ----------
+    pty
+        Offer the board at a pseudo-terminal, like a serial port.
+    link : PATH
+        Path of a link to the pseudo-terminal, so that the device name stays the same.
+    tcp : PORT
+        Offer the board over Modbus TCP at this port.
+    bind : ADDRESS
+        Network address of this computer for --tcp.
+    speed : FACTOR
+        Speed of time in the board: a factor of real time, or max for as fast as possible. If it is
+        not 1, doctor says that the board's clock is wrong.
+    fail : NAME[=AXIS][@TIME]
+        Make something fail, such as encoder_lost=x@3s (after the board's start) or sto@motion+1s
+        (after that of the first motion); may be repeated. An unknown name lists all failures.
+    press_stop
+        Press and release the emergency stop of the board that runs with --link.
     """
     if press_stop:
         named = os.environ.get("EDGE_IDENT_DEVICE") or board_setting("device") or "./board"
@@ -207,14 +189,10 @@ def _parse_speed(text: str) -> float | None:
 
 # The command plant: the virtual drive alone, for firmware that runs elsewhere.
 
-Socket = Annotated[
-    Path | None, option("--socket PATH", "Unix socket to serve the drive at; it is created.")
-]
-
 
 @command
 def plant(
-    *, socket: Socket = None, faults: options.HideOptions, results: options.ResultOptions
+    *, socket: Path | None = None, faults: options.HideOptions, results: options.ResultOptions
 ) -> None:
     """Serve the virtual drive without a board, for firmware to control, until Ctrl-C.
 
@@ -223,6 +201,11 @@ def plant(
     same options hide is printed, and no drive is served.
 
     Example: `edge-ident plant --socket ./drive --hide backlash`
+
+    Parameters
+    ----------
+    socket : PATH
+        Unix socket to serve the drive at; it is created.
     """
     hidden = faults.hidden(of_machine=True)
     if faults.reveal:
@@ -250,33 +233,20 @@ _NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]
     "staircase": "staircase",
     "paper": "sinusoid",  # its first name here; scripts may still use it
 }
-ModelName = Annotated[
-    str,
-    setting(
-        "--model FILE|full|reduced",
-        "Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.",
-    ),
-]
-
-
-Stiff = Annotated[
-    bool,
-    option("--stiff/--soft", "stiff: gains designed for this drive; soft: weak start-up gains."),
-]
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionOptions(FileOptions):
-    """The motion that the drive follows."""
+    """The motion that the drive follows.
 
-    motion: Annotated[
-        str,
-        setting(
-            "--motion sinusoid|multisine|staircase|FILE",
-            "Named motion, a motion that plan wrote (.json), or a recording: its motion is "
-            "followed at its own sampling rate.",
-        ),
-    ] = "sinusoid"
+    Attributes
+    ----------
+    motion : sinusoid|multisine|staircase|FILE
+        Named motion, a motion that plan wrote (.json), or a recording: its motion is followed at
+        its own sampling rate.
+    """
+
+    motion: Setting[str] = "sinusoid"
     cycles: options.SimulatedCycles = None
 
     def load(self) -> "Motion":
@@ -291,51 +261,46 @@ class MotionOptions(FileOptions):
 
 @dataclass(frozen=True)
 class MeasurementOptions:
-    """What lies between the drive and its recording."""
+    """What lies between the drive and its recording.
 
-    noise: Annotated[
-        float,
-        option(
-            "--noise SHARE",
-            "White noise of the effort, relative to the rms effort, such as 5% or 0.05.",
-            parser=options.share,
-        ),
-    ] = 0.0
-    encoder_counts: Annotated[
-        float | None,
-        option(
-            "--encoder-counts NUMBER",
-            "Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a "
-            "million per metre.",
-            min=0.0,
-        ),
-    ] = None
-    effort_resolution: Annotated[
-        float | None,
-        option(
-            "--effort-resolution NUMBER",
-            "Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.",
-            min=0.0,
-        ),
-    ] = None
-    seed: options.Seed = 0
+    Attributes
+    ----------
+    noise : SHARE
+        White noise of the effort, relative to the rms effort, such as 5% or 0.05.
+    encoder_counts : NUMBER
+        Encoder counts per turn or metre; 0 is exact; default: 8400 per turn or a million per metre.
+    effort_resolution : NUMBER
+        Effort of one count; 0 is exact; default: 0.004 N*m, exact in other units.
+    """
+
+    noise: Annotated[float, typer.Option(parser=options.share)] = 0.0
+    encoder_counts: Annotated[float | None, typer.Option(min=0.0)] = None
+    effort_resolution: Annotated[float | None, typer.Option(min=0.0)] = None
+    seed: Setting[int] = 0
 
 
 @command
 def simulate(
     *,
-    output: options.RecordingOutput,
-    model: ModelName = "full",
+    output: Annotated[Path, options.RECORDING],
+    model: Setting[str] = "full",
     motion: MotionOptions,
     measurement: MeasurementOptions,
-    stiff: Stiff = False,
-    json: options.Json = False,
+    stiff: Annotated[bool, typer.Option("--stiff/--soft")] = False,
+    json: bool = False,
 ) -> None:
     """Simulate a drive that follows a motion in closed loop, and write a recording of it.
 
     The recording is written to the file or folder given by --output. Its path is printed.
 
     Example: `edge-ident simulate --model model.json --motion multisine --noise 0.02 -o rec.csv`
+
+    Parameters
+    ----------
+    model : FILE|full|reduced
+        Model file, or the built-in drive: full has elastic parts, reduced is a rigid body.
+    stiff
+        stiff: gains designed for this drive; soft: weak start-up gains.
     """
     output = options.recording_file(output)
     followed, seed = motion.load(), measurement.seed

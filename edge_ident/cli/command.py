@@ -15,13 +15,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import partial
-from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+from typing import Annotated, Any, Final, NamedTuple, get_args, get_origin, get_type_hints
 
 import typer
 from typer.core import TyperGroup
+from typer.models import OptionInfo
 
 import edge_ident
-from edge_ident.cli import settings
+from edge_ident.cli import options, settings
 from edge_ident.cli.messages import (
     NORMAL,
     Verbosity,
@@ -65,9 +66,13 @@ class Beginning:
 def command(function: Callable[..., None]) -> Callable[..., None]:
     """Expand the option groups of a function, and turn its errors into exit codes.
 
-    A parameter whose type is a dataclass becomes one option for each field of that dataclass;
-    the function gets the dataclass. The user's errors are printed in two lines, cause and next
-    step; the exit codes are those of the contract. With --json the error is a document on stdout.
+    A parameter whose type is a dataclass becomes one option for each field of that dataclass; the
+    function gets the dataclass. An option has the name of its parameter. What it takes and what it
+    means stand in the docstring, or in that of `edge_ident.cli.options` where several commands have
+    it. What else typer is to know of it stands in its type.
+
+    The user's errors are printed in two lines, cause and next step; the exit codes are those of the
+    contract. With --json the error is a document on stdout.
     """
     return _command(function, needs_settings=True)
 
@@ -103,7 +108,7 @@ def _command(function: Callable[..., None], *, needs_settings: bool) -> Callable
                 raise typer.Exit(_report(error, as_json=as_json)) from error
 
     wrapper.__doc__ = with_example(function.__doc__ or "")
-    wrapper.__signature__ = _expanded(parameters, groups)  # type: ignore[attr-defined]
+    wrapper.__signature__ = _expanded(function, groups)  # type: ignore[attr-defined]
     return wrapper
 
 
@@ -155,29 +160,53 @@ def _grouped(given: dict[str, Any], groups: Mapping[str, Any]) -> dict[str, Any]
     return given | gathered
 
 
-def _expanded(
-    parameters: Mapping[str, inspect.Parameter], groups: Mapping[str, Any]
-) -> inspect.Signature:
+def _expanded(function: Callable[..., None], groups: Mapping[str, Any]) -> inspect.Signature:
     """The signature that typer reads: the fields of a group in the place of the group."""
     flat = [_keyword("context", typer.Context)]
-    for name, parameter in parameters.items():
-        if name != "context":
-            flat += _options(groups[name]) if name in groups else [parameter]
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name in groups:
+            flat += _options(groups[name])
+        elif name != "context":
+            flat.append(_option(name, parameter.annotation, parameter.default, function.__doc__))
     flat += [_keyword("quiet", Quiet, False), _keyword("verbose", Verbose, False)]
-    return inspect.Signature([p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in flat])
+    return inspect.Signature(flat)
 
 
-def _options(group: Any) -> list[inspect.Parameter]:
+def _options(group: Any) -> Iterator[inspect.Parameter]:
     hints = get_type_hints(group, include_extras=True)
-    return [
-        _keyword(
-            field.name,
-            hints[field.name],
-            inspect.Parameter.empty if field.default is MISSING else field.default,
-        )
-        for field in fields(group)
-        if field.name != "context"
-    ]
+    for field in fields(group):
+        if field.name != "context":
+            default = inspect.Parameter.empty if field.default is MISSING else field.default
+            yield _option(field.name, hints[field.name], default, _docstrings(group))
+
+
+def _docstrings(group: Any) -> str:
+    """Docstrings of a group and of those that it extends; the first that names an option counts."""
+    return "\n\n".join(inspect.cleandoc(of.__doc__ or "") for of in group.__mro__[:-1])
+
+
+def _option(name: str, annotation: Any, default: Any, text: str | None) -> inspect.Parameter:
+    """An option or argument with its flag, what it takes and its help, as a docstring has them."""
+    kind, *given = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
+    info: Any = copy.copy(given[0]) if given else typer.Option()
+    if isinstance(info, OptionInfo):
+        given_flags = (info.default, *(info.param_decls or ()))
+        flags: list[Any] = [flag for flag in given_flags if flag is not ...]
+        if not any(flag.startswith("--") for flag in flags):
+            flags.insert(0, f"--{name.replace('_', '-')}")
+        info.default, info.param_decls = ..., flags
+        if info.envvar == settings.PREFIX:
+            info.envvar += flags[0].removeprefix("--").replace("-", "_").upper()
+    if info.help is None:
+        said = _said_of(name, text) or _said_of(name, options.__doc__)
+        info.metavar, info.help = (said[1], " ".join(said[2].split())) if said else (None, None)
+    return _keyword(name, Annotated[kind, info], default)
+
+
+def _said_of(name: str, text: str | None) -> re.Match[str] | None:
+    """What a docstring says of an option: what it takes, and its help."""
+    pattern = rf"^{name}(?: : (.+))?\n((?:    .+\n?)+)"
+    return re.search(pattern, inspect.cleandoc(text or ""), re.M)
 
 
 def _keyword(
@@ -209,8 +238,9 @@ class CommandGroup(TyperGroup):
 
 
 def with_example(text: str) -> str:
-    """A help text without marks, whose example is a line of its own."""
-    text = re.sub(r"^Example: `(.+)`", "\b\nExample:\n  \\1", inspect.cleandoc(text), flags=re.M)
+    """A help text without options and marks, whose example is a line of its own."""
+    text = inspect.cleandoc(text).partition("\n\nParameters\n")[0]
+    text = re.sub(r"^Example: `(.+)`", "\b\nExample:\n  \\1", text, flags=re.M)
     return text.replace("`", "")
 
 

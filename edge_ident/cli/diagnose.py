@@ -11,46 +11,13 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import option, setting
+from edge_ident.cli.options import Setting, setting
 from edge_ident.support.stopwatch import keep
 
 # The command diagnose: what a model gets wrong, and why.
 
 RecordingFiles = Annotated[
     list[Path], typer.Argument(metavar="FILE", help="Recordings of one machine.")
-]
-ValidationFile = Annotated[
-    Path | None,
-    setting(
-        "--validate FILE",
-        "Another recording of the machine, on which the fitted models are tested.",
-    ),
-]
-Tolerance = Annotated[
-    float,
-    setting(
-        "--tolerance SHARE",
-        "Smallest part of the rms effort that a cause must explain to be reported, "
-        "such as 1% or 0.01.",
-        parser=options.part,
-    ),
-]
-Stability = Annotated[
-    bool | None,
-    typer.Option(help="Deprecated, and without effect: no search is repeated any more."),
-]
-KeepMinor = Annotated[
-    bool,
-    option(
-        "--keep-minor", "Also keep supported causes in the model that are smaller than --tolerance."
-    ),
-]
-
-PageFormat = Annotated[
-    Literal["html", "markdown"],
-    setting(
-        "--format", "Format of the page in the folder: one HTML file, or Markdown with pictures."
-    ),
 ]
 
 
@@ -67,15 +34,15 @@ def register(app: typer.Typer) -> None:
 def diagnose(
     *,
     files: RecordingFiles,
-    validate: ValidationFile = None,
-    model: options.ModelFile = None,
-    tolerance: Tolerance = edge_ident.TOLERANCE,
-    stability: Stability = None,
-    keep_minor: KeepMinor = False,
-    page: PageFormat = "html",
-    machine: options.Machine = "",
+    validate: Setting[Path | None] = None,
+    model: Setting[Path | None] = None,
+    tolerance: Annotated[float, setting(parser=options.part)] = edge_ident.TOLERANCE,
+    stability: Annotated[bool | None, typer.Option("--stability/--no-stability")] = None,
+    keep_minor: bool = False,
+    page: Annotated[Literal["html", "markdown"], setting("--format")] = "html",
+    machine: Setting[str] = "",
     reading: FileOptions,
-    details: options.Details = False,
+    details: bool = False,
     results: options.ResultOptions,
 ) -> None:
     """Find out what the base model gets wrong, and extend it by physical causes.
@@ -85,6 +52,20 @@ def diagnose(
     that of a run.
 
     Example: `edge-ident diagnose monday.csv tuesday.csv --validate friday.csv --output diagnosis`
+
+    Parameters
+    ----------
+    validate : FILE
+        Another recording of the machine, on which the fitted models are tested.
+    tolerance : SHARE
+        Smallest part of the rms effort that a cause must explain to be reported, such as 1% or
+        0.01.
+    stability
+        Deprecated, and without effect: no search is repeated any more.
+    keep_minor
+        Also keep supported causes in the model that are smaller than --tolerance.
+    page
+        Format of the page in the folder: one HTML file, or Markdown with pictures.
     """
     options.check_no_run(results.output)
     if stability is not None:
@@ -129,36 +110,18 @@ def _written(
 
 # The command plan: the motion that separates causes.
 
-MotionOutput = Annotated[
-    Path | None,
-    option(
-        "--output -o FILE",
-        "File to write the motion to, for capture --motion FILE.",
-        parser=options.named,
-    ),
-]
-Seconds = Annotated[
-    float | None,
-    setting(
-        "--seconds NUMBER",
-        "Duration of the motion; default: as in the drive description.",
-        min=1.0,
-        max=600.0,
-    ),
-]
-
 
 @command
 def plan(
     *,
     files: RecordingFiles,
-    drive: options.DriveFile = None,
-    model: options.ModelFile = None,
-    seconds: Seconds = None,
-    seed: options.Seed = 0,
+    drive: Setting[Path | None] = None,
+    model: Setting[Path | None] = None,
+    seconds: Annotated[float | None, setting(min=1.0, max=600.0)] = None,
+    seed: Setting[int] = 0,
     reading: FileOptions,
-    output: MotionOutput = None,
-    json: options.Json = False,
+    output: Annotated[Path | None, typer.Option("-o", parser=options.named)] = None,
+    json: bool = False,
 ) -> None:
     """Design a motion that separates the causes that the recordings leave open.
 
@@ -167,6 +130,13 @@ def plan(
     separates are printed; with --output, the motion is written to that file.
 
     Example: `edge-ident plan recording.csv --drive press.toml --output motion.json`
+
+    Parameters
+    ----------
+    seconds : NUMBER
+        Duration of the motion; default: as in the drive description.
+    output : FILE
+        File to write the motion to, for capture --motion FILE.
     """
     recordings = [reading.read(file) for file in files]
     axes = recordings[0].axes

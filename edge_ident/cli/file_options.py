@@ -10,99 +10,59 @@ import typer
 import edge_ident
 from edge_ident import report
 from edge_ident.cli.messages import say
-from edge_ident.cli.options import option
 from edge_ident.support.next_step import Done
-
-RecordingFile = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="Recording: a text file, .npz, .mat, .h5, .tdms, .parquet, .xlsx, or a ROS "
-        "bag (.bag, .db3, .mcap or a folder).",
-    ),
-]
 
 
 @dataclass(frozen=True, kw_only=True)
 class FileOptions:
-    """What a person says of files."""
+    """What a person says of files.
+
+    Attributes
+    ----------
+    column : NAME=CONTRACT_NAME
+        Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.
+    unit : NAME=UNIT
+        Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.
+    period : SECONDS
+        Sampling period in s, for a file without a time column.
+    resolution : COUNTS/UNIT
+        Encoder counts per turn or length, such as 8192/turn or 1000/mm.
+    rated_effort : EFFORT
+        Effort at 100 %, such as 2.4Nm.
+    torque_constant : NUMBER
+        Torque constant in N*m/A, to convert a current to a torque.
+    delimiter
+        Delimiter of a text file; default: detected.
+    decimal
+        Decimal sign of a text file; default: detected.
+    topic : NAME
+        Topic of a bag to read, such as /joint_states.
+    effort_encoding : ENCODING
+        How the file codes the sign of the effort: uint16 (two's complement that was read as
+        unsigned; also uint8, uint32, uint64), sign-magnitude (the highest bit is the sign), or
+        opposite (it counts against the position).
+    effort_shift : SECONDS
+        Time in s by which the effort of a row acted after its position: 0.1 if a row holds the
+        effort of 0.1 s later.
+    axis : NAME
+        Axis to read; may be repeated. Default: all axes that move. An axis whose reference moves
+        while its position stands still is an error.
+    """
 
     context: typer.Context
-    column: Annotated[
-        list[str] | None,
-        option(
-            "--column NAME=CONTRACT_NAME",
-            "Meaning of a column, such as 'X.ActPos [mm]=x_position_m'; may be repeated.",
-        ),
-    ] = None
-    unit: Annotated[
-        list[str] | None,
-        option(
-            "--unit NAME=UNIT",
-            "Unit of a column or of its steps, such as mm or '1/8192 turn'; may be repeated.",
-        ),
-    ] = None
-    period: Annotated[
-        float | None,
-        option(
-            "--period SECONDS", "Sampling period in s, for a file without a time column.", min=1e-9
-        ),
-    ] = None
-    resolution: Annotated[
-        str | None,
-        option(
-            "--resolution COUNTS/UNIT",
-            "Encoder counts per turn or length, such as 8192/turn or 1000/mm.",
-        ),
-    ] = None
-    rated_effort: Annotated[
-        str | None, option("--rated-effort EFFORT", "Effort at 100 %, such as 2.4Nm.")
-    ] = None
-    torque_constant: Annotated[
-        float | None,
-        option(
-            "--torque-constant NUMBER",
-            "Torque constant in N*m/A, to convert a current to a torque.",
-        ),
-    ] = None
-    delimiter: Annotated[
-        Literal["comma", "semicolon", "tab", "blanks"] | None,
-        option("--delimiter", "Delimiter of a text file; default: detected."),
-    ] = None
-    decimal: Annotated[
-        Literal["point", "comma"] | None,
-        option("--decimal", "Decimal sign of a text file; default: detected."),
-    ] = None  # fmt: skip
+    column: list[str] | None = None
+    unit: list[str] | None = None
+    period: Annotated[float | None, typer.Option(min=1e-9)] = None
+    resolution: str | None = None
+    rated_effort: str | None = None
+    torque_constant: float | None = None
+    delimiter: Literal["comma", "semicolon", "tab", "blanks"] | None = None
+    decimal: Literal["point", "comma"] | None = None  # fmt: skip
 
-    topic: Annotated[
-        str | None,
-        option("--topic NAME", "Topic of a bag to read, such as /joint_states."),
-    ] = None  # fmt: skip
-    effort_encoding: Annotated[
-        str | None,
-        option(
-            "--effort-encoding ENCODING",
-            "How the file codes the sign of the effort: uint16 (two's complement that was "
-            "read as unsigned; also uint8, uint32, uint64), sign-magnitude (the highest "
-            "bit is the sign), or opposite (it counts against the position).",
-        ),
-    ] = None
-    effort_shift: Annotated[
-        float,
-        option(
-            "--effort-shift SECONDS",
-            "Time in s by which the effort of a row acted after its position: 0.1 if a row "
-            "holds the effort of 0.1 s later.",
-        ),
-    ] = 0.0
-    axis: Annotated[
-        list[str] | None,
-        option(
-            "--axis NAME",
-            "Axis to read; may be repeated. Default: all axes that move. An axis whose "
-            "reference moves while its position stands still is an error.",
-        ),
-    ] = None
+    topic: str | None = None  # fmt: skip
+    effort_encoding: str | None = None
+    effort_shift: float = 0.0
+    axis: list[str] | None = None
 
     def inspect(self, file: Path) -> "edge_ident.Inspection":
         """Find out what a file's columns are."""
@@ -179,9 +139,16 @@ class FileOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingOptions(FileOptions):
-    """One recording, and what a person says of it."""
+    """One recording, and what a person says of it.
 
-    file: RecordingFile
+    Attributes
+    ----------
+    file : FILE
+        Recording: a text file, .npz, .mat, .h5, .tdms, .parquet, .xlsx, or a ROS bag (.bag, .db3,
+        .mcap or a folder).
+    """
+
+    file: Annotated[Path, typer.Argument()]
 
     def load(self) -> "edge_ident.Recording":
         """Read and check the recording."""

@@ -13,7 +13,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, CommandGroup, command, noting, with_example
 from edge_ident.cli.file_options import RecordingOptions
 from edge_ident.cli.messages import progress_if_any, say, shown_progress
-from edge_ident.cli.options import option, setting
+from edge_ident.cli.options import Setting
 from edge_ident.cli.sessions import connected, located
 from edge_ident.support.next_step import Done
 from edge_ident.support.words import listed
@@ -29,14 +29,6 @@ _HELP: Final = """Design gains from a recording (gains FILE), or manage the gain
 Example: `edge-ident gains capture.npz --bandwidth 12`
 """
 _NEXT: Final = "write the gains to a file: edge-ident gains FILE --output gains.json"
-ControlDelay = Annotated[
-    float,
-    option(
-        "--control-delay SECONDS",
-        "Time from reading the encoder to applying the new effort.",
-        min=0.0,
-    ),
-]
 
 
 class _DesignUnlessVerb(CommandGroup):
@@ -61,13 +53,13 @@ def register(app: typer.Typer) -> None:
 def design(
     *,
     recording: RecordingOptions,
-    drive: options.DriveFile = None,
+    drive: Setting[Path | None] = None,
     bandwidth: options.Bandwidth = None,
-    control_delay: ControlDelay = 0.0005,
+    control_delay: Annotated[float, typer.Option(min=0.0)] = 0.0005,
     network: options.NetworkOptions,
-    model: options.ModelFile = None,
-    no_diagnose: options.NoDiagnose = False,
-    details: options.Details = False,
+    model: Setting[Path | None] = None,
+    no_diagnose: Setting[bool] = False,
+    details: bool = False,
     results: options.ResultOptions,
 ) -> None:
     """Identify a recording and design controller gains; nothing is written to a board.
@@ -76,6 +68,11 @@ def design(
     write them to a board.
 
     Example: `edge-ident gains capture.npz --bandwidth 12`
+
+    Parameters
+    ----------
+    control_delay : SECONDS
+        Time from reading the encoder to applying the new effort.
     """
     recorded = recording.load()
     described = options.drive_for(drive, recorded.axes)
@@ -124,21 +121,20 @@ GainsFile = Annotated[
         help="Backup of gains, or the file that edge-ident gains FILE --output gains.json wrote.",
     ),
 ]
-Backups = Annotated[Path, setting("--backups FOLDER", "Folder for backups of the active gains.")]
 
 
 @dataclass(frozen=True)
 class ForecastOptions:
-    """Options that say from what margins and tracking are predicted."""
+    """Options that say from what margins and tracking are predicted.
 
-    model: options.ModelFile = None
-    recording: Annotated[
-        Path | None,
-        option(
-            "--recording FILE",
-            "Recording of the drive, from which margins and tracking error are predicted.",
-        ),
-    ] = None
+    Attributes
+    ----------
+    recording : FILE
+        Recording of the drive, from which margins and tracking error are predicted.
+    """
+
+    model: Setting[Path | None] = None
+    recording: Path | None = None
 
     def predict(self, board: "Board", banks: Sequence["Bank"]) -> "Forecasts":
         """Predict margins and tracking; nothing where neither model nor recording is given."""
@@ -159,15 +155,16 @@ class ForecastOptions:
 
 @dataclass(frozen=True)
 class ChangeOptions:
-    """What surrounds a change of gains."""
+    """What surrounds a change of gains.
 
-    backups: Backups = Path("edge-ident-gains")
-    large_steps: Annotated[
-        bool,
-        option(
-            "--large-steps", "Allow feedback gains to change by more than a factor of five at once."
-        ),
-    ] = False
+    Attributes
+    ----------
+    large_steps
+        Allow feedback gains to change by more than a factor of five at once.
+    """
+
+    backups: Setting[Path] = Path("edge-ident-gains")
+    large_steps: bool = False
 
 
 @command
@@ -308,7 +305,7 @@ def rollback(*, where: options.BoardOptions, results: options.ResultOptions) -> 
 def store(
     *,
     where: options.BoardOptions,
-    backups: Backups = Path("edge-ident-gains"),
+    backups: Setting[Path] = Path("edge-ident-gains"),
     results: options.ResultOptions,
 ) -> None:
     """Write the active gains to the permanent memory of the board.

@@ -12,7 +12,7 @@ from edge_ident.cli import options
 from edge_ident.cli.command import FILE, UNTRUSTED, command
 from edge_ident.cli.file_options import FileOptions, RecordingOptions
 from edge_ident.cli.messages import detail, print_document, progress_if_any, say, shown_progress
-from edge_ident.cli.options import option, setting
+from edge_ident.cli.options import Setting, setting
 
 # The command identify: from a recording to parameters.
 
@@ -30,10 +30,10 @@ def identify(
     *,
     recording: RecordingOptions,
     network: options.NetworkOptions,
-    model: options.ModelFile = None,
-    seed: options.Seed = 0,
-    no_diagnose: options.NoDiagnose = False,
-    details: options.Details = False,
+    model: Setting[Path | None] = None,
+    seed: Setting[int] = 0,
+    no_diagnose: Setting[bool] = False,
+    details: bool = False,
     results: options.ResultOptions,
 ) -> None:
     """Identify the parameters of every axis in a recording.
@@ -69,33 +69,15 @@ def identify(
 
 # The command compare: identification methods side by side.
 
-Methods = Annotated[
-    list[str] | None,
-    option(
-        "--method NAME",
-        "Use only this method, such as least_squares; may be repeated. An unknown "
-        "name lists all methods.",
-    ),
-]
-Tries = Annotated[
-    int,
-    option(
-        "--tries NUMBER",
-        "Number of tries of random search; the network makes 8 passes.",
-        min=1,
-        max=10_000,
-    ),
-]
-
 
 @command
 def compare(
     *,
     recording: RecordingOptions,
-    network: options.NetworkFile = None,
-    method: Methods = None,
-    tries: Tries = 8,
-    seed: options.Seed = 0,
+    network: Setting[Path | None] = None,
+    method: list[str] | None = None,
+    tries: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
+    seed: Setting[int] = 0,
     results: options.ResultOptions,
 ) -> None:
     """Identify a recording with every method, from the same signals, and compare the results.
@@ -103,6 +85,14 @@ def compare(
     With --output, comparison.json and comparison.png are written to that folder.
 
     Example: `edge-ident compare recording.csv --output comparison`
+
+    Parameters
+    ----------
+    method : NAME
+        Use only this method, such as least_squares; may be repeated. An unknown name lists all
+        methods.
+    tries : NUMBER
+        Number of tries of random search; the network makes 8 passes.
     """
     known = edge_ident.comparison_methods()
     for name in method or []:
@@ -132,8 +122,8 @@ def compare(
 def import_file(
     *,
     recording: RecordingOptions,
-    output: options.OptionalRecordingOutput = None,
-    json: options.Json = False,
+    output: Annotated[Path | None, options.RECORDING] = None,
+    json: bool = False,
 ) -> None:
     """Show the columns, units and sampling of a file, and convert it to a recording in SI units.
 
@@ -187,57 +177,24 @@ def _ask(found: "edge_ident.Inspection", recording: RecordingOptions, as_json: b
 
 # The command survey: every recording of a folder, and which unit stands out.
 
-RecordingFolder = Annotated[
-    Path, typer.Argument(metavar="FOLDER", help="Folder with recordings; subfolders count, too.")
-]
-Jobs = Annotated[
-    int | None,
-    setting(
-        "--jobs -j NUMBER",
-        "Number of recordings analysed at the same time; default: one for each core.",
-        min=1,
-    ),
-]
-Cluster = Annotated[
-    str | None,
-    setting(
-        "--cluster ADDRESS", "Dask scheduler, such as tcp://HOST:8786, whose workers do the work."
-    ),
-]
-Units = Annotated[
-    Literal["file", "folder"],
-    option(
-        "--units", "What counts as one unit: each file, or each subfolder with all its recordings."
-    ),
-]
-Pattern = Annotated[
-    str | None, option("--files PATTERN", "Recordings to take, such as '*.csv'; default: all.")
-]
-SurveyFolder = Annotated[
-    Path | None,
-    setting(
-        "--output -o FOLDER",
-        "Folder to write the results to; default: edge-ident-survey in the folder.",
-        parser=options.result_folder,
-    ),
-]
+
 _LINES = 20  # where nobody scrolls
 
 
 @command
 def survey(
     *,
-    folder: RecordingFolder,
-    units: Units = "file",
-    files: Pattern = None,
-    jobs: Jobs = None,
-    cluster: Cluster = None,
-    model: options.ModelFile = None,
-    no_diagnose: options.NoDiagnose = False,
-    machine: options.Machine = "",
+    folder: Annotated[Path, typer.Argument()],
+    units: Literal["file", "folder"] = "file",
+    files: str | None = None,
+    jobs: Annotated[int | None, setting("-j", min=1)] = None,
+    cluster: Setting[str | None] = None,
+    model: Setting[Path | None] = None,
+    no_diagnose: Setting[bool] = False,
+    machine: Setting[str] = "",
     reading: FileOptions,
-    output: SurveyFolder = None,
-    json: options.Json = False,
+    output: Annotated[Path | None, setting("-o", parser=options.result_folder)] = None,
+    json: bool = False,
 ) -> None:
     """Identify and diagnose every recording of a folder, and say which unit stands out.
 
@@ -246,6 +203,21 @@ def survey(
     survey does only what is missing or has changed. The result is printed.
 
     Example: `edge-ident survey recordings --jobs 4 --output comparison`
+
+    Parameters
+    ----------
+    folder : FOLDER
+        Folder with recordings; subfolders count, too.
+    units
+        What counts as one unit: each file, or each subfolder with all its recordings.
+    files : PATTERN
+        Recordings to take, such as '*.csv'; default: all.
+    jobs : NUMBER
+        Number of recordings analysed at the same time; default: one for each core.
+    cluster : ADDRESS
+        Dask scheduler, such as tcp://HOST:8786, whose workers do the work.
+    output : FOLDER
+        Folder to write the results to; default: edge-ident-survey in the folder.
     """
     options.check_no_run(kept := output or folder / "edge-ident-survey")
     with shown_progress() as bars:

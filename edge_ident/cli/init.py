@@ -14,7 +14,6 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
 from edge_ident.cli.messages import print_document, say, say_always
-from edge_ident.cli.options import Json, option
 from edge_ident.errors import DataError
 
 if TYPE_CHECKING:
@@ -29,96 +28,57 @@ _Texts = list[str] | None
 
 @dataclass(frozen=True, kw_only=True)
 class SheetOptions:
-    """What data sheets say of the axes; each field is named as its entry of the data sheet."""
+    """What data sheets say of the axes; each field is named as its entry of the data sheet.
 
-    kind: Annotated[_Texts, option("--kind [AXIS=]KIND", "linear or rotary; default: linear.")] = (
-        None
-    )
-    lead: Annotated[
-        _Texts,
-        option(
-            "--lead [AXIS=]MM", "Travel of the table per turn of the screw (lead), such as 5mm."
-        ),
-    ] = None
-    gear_ratio: Annotated[
-        _Texts, option("--gear-ratio [AXIS=]NUMBER", "Turns of the motor per turn of the screw.")
-    ] = None
-    encoder_at: Annotated[
-        _Texts,
-        option(
-            "--encoder-at [AXIS=]PLACE",
-            "Place of the encoder: motor, output (of the gearbox) or table.",
-        ),
-    ] = None
-    encoder: Annotated[
-        _Texts,
-        option(
-            "--encoder [AXIS=]COUNTS",
-            "Encoder counts per turn (4 per line), such as 8400, '2100 lines' or '17 "
-            "bit'. For a linear scale: length of one count, such as 0.5um.",
-        ),
-    ] = None
-    torque_constant: Annotated[
-        _Texts, option("--torque-constant [AXIS=]NM/A", "Torque constant of the motor.")
-    ] = None
-    torque: Annotated[
-        _Texts,
-        option(
-            "--torque [AXIS=]NM",
-            "Rated torque of the motor, or its rated current, such as 3A. It becomes the "
-            "effort limit: give less if gearbox or screw withstand less.",
-        ),
-    ] = None
-    travel: Annotated[
-        _Texts, option("--travel [AXIS=]MM", "Travel from end to end, such as 300mm or 90deg.")
-    ] = None
-    speed: Annotated[
-        _Texts,
-        option(
-            "--speed [AXIS=]RPM", "Top speed of the motor in rpm, or of the axis, such as 200mm/s."
-        ),
-    ] = None
-    acceleration: Annotated[
-        _Texts,
-        option(
-            "--acceleration [AXIS=]M/S2",
-            "Largest acceleration of the axis, if known; a rotary axis: in rad/s2.",
-        ),
-    ] = None
-    rotor_inertia: Annotated[
-        _Texts,
-        option("--rotor-inertia [AXIS=]KGCM2", "Inertia of the rotor of the motor, if known."),
-    ] = None
-    load: Annotated[
-        _Texts,
-        option(
-            "--load [AXIS=]KG",
-            "Moving mass, if known. For a rotary axis: inertia, such as 0.2kgm2.",
-        ),
-    ] = None
-    friction: Annotated[
-        _Texts,
-        option(
-            "--friction [AXIS=]NM",
-            "Friction torque at the motor, or friction force of the guides, such as 40N; if known.",
-        ),
-    ] = None
+    Attributes
+    ----------
+    kind : [AXIS=]KIND
+        linear or rotary; default: linear.
+    lead : [AXIS=]MM
+        Travel of the table per turn of the screw (lead), such as 5mm.
+    gear_ratio : [AXIS=]NUMBER
+        Turns of the motor per turn of the screw.
+    encoder_at : [AXIS=]PLACE
+        Place of the encoder: motor, output (of the gearbox) or table.
+    encoder : [AXIS=]COUNTS
+        Encoder counts per turn (4 per line), such as 8400, '2100 lines' or '17 bit'. For a linear
+        scale: length of one count, such as 0.5um.
+    torque_constant : [AXIS=]NM/A
+        Torque constant of the motor.
+    torque : [AXIS=]NM
+        Rated torque of the motor, or its rated current, such as 3A. It becomes the effort limit:
+        give less if gearbox or screw withstand less.
+    travel : [AXIS=]MM
+        Travel from end to end, such as 300mm or 90deg.
+    speed : [AXIS=]RPM
+        Top speed of the motor in rpm, or of the axis, such as 200mm/s.
+    acceleration : [AXIS=]M/S2
+        Largest acceleration of the axis, if known; a rotary axis: in rad/s2.
+    rotor_inertia : [AXIS=]KGCM2
+        Inertia of the rotor of the motor, if known.
+    load : [AXIS=]KG
+        Moving mass, if known. For a rotary axis: inertia, such as 0.2kgm2.
+    friction : [AXIS=]NM
+        Friction torque at the motor, or friction force of the guides, such as 40N; if known.
+    """
+
+    kind: _Texts = None
+    lead: _Texts = None
+    gear_ratio: _Texts = None
+    encoder_at: _Texts = None
+    encoder: _Texts = None
+    torque_constant: _Texts = None
+    torque: _Texts = None
+    travel: _Texts = None
+    speed: _Texts = None
+    acceleration: _Texts = None
+    rotor_inertia: _Texts = None
+    load: _Texts = None
+    friction: _Texts = None
 
     def texts(self) -> dict[str, list[str]]:
         """What was given, by the name of the entry."""
         return {field.name: getattr(self, field.name) or [] for field in fields(self)}
-
-
-_Name = Annotated[
-    str | None, option("--name TEXT", "Name of the drive; default: the name of the file.")
-]
-_AxisNames = Annotated[
-    list[str] | None,
-    option(
-        "--axis NAME",
-        "Name of an axis; may be repeated. Default: the axes that AXIS= names, else x and z.",
-    ),
-]
 
 
 def register(app: typer.Typer) -> None:
@@ -129,26 +89,14 @@ def register(app: typer.Typer) -> None:
 @command
 def init(
     *,
-    file: Annotated[
-        Path, typer.Argument(metavar="[FILE]", help="Drive description (.toml) to write.")
-    ] = _FILE,
-    name: _Name = None,
-    axis: _AxisNames = None,
-    sample_rate: Annotated[
-        str | None,
-        option(
-            "--sample-rate HZ",
-            "Sampling rate of the board in Hz, or its sampling period, such as 2.5ms.",
-        ),
-    ] = None,
+    file: Annotated[Path, typer.Argument()] = _FILE,
+    name: str | None = None,
+    axis: list[str] | None = None,
+    sample_rate: str | None = None,
     sheet: SheetOptions,
-    overwrite: Annotated[
-        bool, option("--overwrite", "Replace a file that exists already.")
-    ] = False,
-    accept_implausible: Annotated[
-        bool, option("--accept-implausible", "Accept values that are unusual.")
-    ] = False,
-    json: Json = False,
+    overwrite: bool = False,
+    accept_implausible: bool = False,
+    json: bool = False,
 ) -> None:
     """Write a drive description from the data sheets of motor, encoder and axis.
 
@@ -158,6 +106,21 @@ def init(
     values are known. Its path is printed.
 
     Example: `edge-ident init press.toml --lead 5mm --travel x=300mm --travel z=200mm`
+
+    Parameters
+    ----------
+    file : [FILE]
+        Drive description (.toml) to write.
+    name : TEXT
+        Name of the drive; default: the name of the file.
+    axis : NAME
+        Name of an axis; may be repeated. Default: the axes that AXIS= names, else x and z.
+    sample_rate : HZ
+        Sampling rate of the board in Hz, or its sampling period, such as 2.5ms.
+    overwrite
+        Replace a file that exists already.
+    accept_implausible
+        Accept values that are unusual.
     """
     if file.exists() and not overwrite:
         raise edge_ident.DataError(

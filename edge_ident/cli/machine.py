@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -10,7 +11,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import UNTRUSTED, command, noting, settings_command, tell_ignored
 from edge_ident.cli.messages import say, shown_progress
-from edge_ident.cli.options import BaudRate, BoardOptions, DriveFile, ResultOptions, option
+from edge_ident.cli.options import BaudRate, BoardOptions, ResultOptions, Setting
 from edge_ident.cli.sessions import baud_rate_of, connected, device_of, drive_or_built_in, located
 from edge_ident.support.process import HANGUP, deaf_to_interrupts
 from edge_ident.support.words import plain_number
@@ -24,26 +25,6 @@ _MAY_MOVE: Final = (
     "the machine may still be moving, or under effort: run edge-ident stop again, or use the "
     "wired emergency stop"
 )
-
-Targets = Annotated[
-    list[str] | None,
-    option(
-        "--to AXIS=RAD",
-        "Move this axis to this position, in rad or, as in x=90deg, in degrees; may be repeated.",
-    ),
-]
-Distances = Annotated[
-    list[str] | None,
-    option(
-        "--by AXIS=RAD",
-        "Move this axis by this angle from where it stands, such as x=5deg; may be repeated.",
-    ),
-]
-Duration = Annotated[float, option("--seconds NUMBER", "Time to hold, in s.", min=1.0, max=600.0)]
-Speed = Annotated[
-    float | None,
-    option("--speed NUMBER", "Highest speed in rad/s; default: a fifth of the speed limit."),
-]
 
 
 def register(app: typer.Typer) -> None:
@@ -62,9 +43,9 @@ def register(app: typer.Typer) -> None:
 def home(
     *,
     where: BoardOptions,
-    to: Targets = None,
-    by: Distances = None,
-    speed: Speed = None,
+    to: list[str] | None = None,
+    by: list[str] | None = None,
+    speed: float | None = None,
     results: ResultOptions,
 ) -> None:
     """Move the axes slowly to position zero, to a position (--to) or by a distance (--by).
@@ -76,6 +57,15 @@ def home(
     half of the distance.
 
     Example: `edge-ident home --to x=1.5 --to z=-0.5 --device /dev/ttyACM0`
+
+    Parameters
+    ----------
+    to : AXIS=RAD
+        Move this axis to this position, in rad or, as in x=90deg, in degrees; may be repeated.
+    by : AXIS=RAD
+        Move this axis by this angle from where it stands, such as x=5deg; may be repeated.
+    speed : NUMBER
+        Highest speed in rad/s; default: a fifth of the speed limit.
     """
     if to and by:
         raise typer.BadParameter("give either --to or --by", param_hint="--by")
@@ -120,13 +110,23 @@ def _angles(texts: list[str], option: str) -> dict[str, float]:
 
 
 @command
-def hold(*, where: BoardOptions, seconds: Duration = 10.0, results: ResultOptions) -> None:
+def hold(
+    *,
+    where: BoardOptions,
+    seconds: Annotated[float, typer.Option(min=1.0, max=600.0)] = 10.0,
+    results: ResultOptions,
+) -> None:
     """Hold the axes where they stand, with the effort on, so that you can push against them.
 
     The command prints how far each axis was pushed, and the largest effort; with --output, also to
     hold.json. The effort is switched off at the end and on Ctrl-C.
 
     Example: `edge-ident hold --seconds 20 --device /dev/ttyACM0`
+
+    Parameters
+    ----------
+    seconds : NUMBER
+        Time to hold, in s.
     """
     with connected(where) as (board, _), shown_progress() as bars:
         held = commissioning.homing.hold(board, seconds, bars)
@@ -249,23 +249,13 @@ def doctor(*, where: BoardOptions, results: ResultOptions) -> None:
 
 # The command registers: the map, and single registers of a board.
 
-RegisterName = Annotated[
-    str | None,
-    typer.Argument(metavar="NAME", help="A register, or a group of registers such as limits.x."),
-]
-NewValues = Annotated[
-    list[str] | None,
-    option("--write VALUE", "Value to write, in the unit of the register; repeat for an array."),
-]
-Yes = Annotated[bool, option("--yes", "Required to confirm a write.")]
-
 
 @command
 def registers(
     *,
-    name: RegisterName = None,
-    write: NewValues = None,
-    yes: Yes = False,
+    name: Annotated[str | None, typer.Argument()] = None,
+    write: list[str] | None = None,
+    yes: bool = False,
     where: BoardOptions,
     results: ResultOptions,
 ) -> None:
@@ -275,6 +265,15 @@ def registers(
     read back. With --output, the registers are also written to registers.json.
 
     Example: `edge-ident registers watchdog.timeout --write 0.5 --yes --device /dev/ttyACM0`
+
+    Parameters
+    ----------
+    name : NAME
+        A register, or a group of registers such as limits.x.
+    write : VALUE
+        Value to write, in the unit of the register; repeat for an array.
+    yes
+        Required to confirm a write.
     """
     chosen = commissioning.register_access.registers_named(name)
     if not chosen:
@@ -320,33 +319,14 @@ def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> Non
 
 # The command profile: where the time goes.
 
-MovedDevice = Annotated[
-    str | None,
-    option(
-        "--device DEVICE",
-        "Board to measure; its axes move. A port such as /dev/ttyACM0, a pySerial "
-        "URL, tcp://HOST:PORT, or virtual. Default: virtual; EDGE_IDENT_DEVICE and "
-        "the settings file do not count here.",
-    ),
-]
-Repetitions = Annotated[
-    int,
-    option(
-        "--repetitions NUMBER",
-        "Repetitions of each measurement; those that need a motion are repeated five "
-        "times at most. 100 repetitions take several minutes.",
-        min=1,
-    ),
-]
-
 
 @command
 def profile(
     *,
-    device: MovedDevice = None,
+    device: str | None = None,
     baud_rate: BaudRate = None,
-    drive: DriveFile = None,
-    repetitions: Repetitions = 100,
+    drive: Setting[Path | None] = None,
+    repetitions: Annotated[int, typer.Option(min=1)] = 100,
     results: ResultOptions,
 ) -> None:
     """Measure how long each stage takes, from the last captured sample to verified gains.
@@ -361,6 +341,16 @@ def profile(
     Example: `edge-ident profile --repetitions 200 --json`
 
     Example: `edge-ident profile --device /dev/ttyACM0 --drive press.toml`
+
+    Parameters
+    ----------
+    device : DEVICE
+        Board to measure; its axes move. A port such as /dev/ttyACM0, a pySerial URL,
+        tcp://HOST:PORT, or virtual. Default: virtual; EDGE_IDENT_DEVICE and the settings file do
+        not count here.
+    repetitions : NUMBER
+        Repetitions of each measurement; those that need a motion are repeated five times at most.
+        100 repetitions take several minutes.
     """
     folder = results.folder()
     described = edge_ident.load_drive(drive)

@@ -17,82 +17,29 @@ from edge_ident.cli.messages import (
     say_always,
     shown_progress,
 )
-from edge_ident.cli.options import Json, ModelFile, given_model, option, result_folder, setting
+from edge_ident.cli.options import Setting, given_model, result_folder, setting
 from edge_ident.errors import ModelError
 
 CHECKPOINT: Final = "checkpoint.pt"
 DEFAULT_RUN: Final = Path("runs/feed_drive")
 TRAIN_EXTRA: Final = "-e '.[train]'"
 
-CheckpointFolder = Annotated[
-    Path,
-    setting(
-        "--output -o FOLDER",
-        "Folder to write the checkpoint and the loss curves to.",
-        parser=result_folder,
-    ),
-]
-Configuration = Annotated[
-    str,
-    setting(
-        "--configuration improved|plain|paper",
-        "Training recipe: improved; plain, which has no effects; or that of the paper.",
-    ),
-]
-Accelerator = Annotated[
-    str | None,
-    setting(
-        "--accelerator DEVICE", "Torch device such as cpu or cuda; default: a GPU if there is one."
-    ),
-]
-Checkpoint = Annotated[
-    Path | None,
-    typer.Argument(
-        metavar="FILE", help=f"Checkpoint written by train; default: {DEFAULT_RUN / CHECKPOINT}."
-    ),
-]
-NetworkFolder = Annotated[
-    Path,
-    setting(
-        "--output -o FOLDER",
-        "Folder to write the networks and their manifest to.",
-        parser=result_folder,
-    ),
-]
-CFolder = Annotated[
-    Path | None,
-    option(
-        "--c FOLDER",
-        "Write an int8 network to this folder as C99, instead of converting a checkpoint.",
-    ),
-]
-NetworkForC = Annotated[
-    Path | None,
-    option(
-        "--network FILE",
-        "With --c: int8 network (.onnx) with its manifest in the same folder; default: the "
-        "built-in network.",
-    ),
-]
-Int8 = Annotated[bool, option("--int8/--no-int8", "Also write the int8 network, or leave it out.")]
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrainedMotion(FileOptions):
-    """The motion and the effects that a network is trained for."""
+    """The motion and the effects that a network is trained for.
 
-    motion_from: Annotated[
-        Path | None,
-        option(
-            "--motion-from FILE",
-            "Recording with the motion to train for; default: the sinusoid of the paper.",
-        ),
-    ] = None
-    model: ModelFile = None
-    name: Annotated[
-        str | None,
-        option("--name NAME", "Name of the files of the network; default: that of the recording."),
-    ] = None
+    Attributes
+    ----------
+    motion_from : FILE
+        Recording with the motion to train for; default: the sinusoid of the paper.
+    name : NAME
+        Name of the files of the network; default: that of the recording.
+    """
+
+    motion_from: Path | None = None
+    model: Setting[Path | None] = None
+    name: str | None = None
 
     def load(self) -> Any:
         """Return the motion that `export` trains for, of the axis that was named."""
@@ -118,17 +65,12 @@ def register(app: typer.Typer) -> None:
 @command
 def train(
     *,
-    output: CheckpointFolder = DEFAULT_RUN,
-    configuration: Configuration = "improved",
+    output: Annotated[Path, setting("-o", parser=result_folder)] = DEFAULT_RUN,
+    configuration: Setting[str] = "improved",
     motion: TrainedMotion,
-    resume: Annotated[
-        bool,
-        option(
-            "--resume", "Continue from the checkpoint in the folder; begin anew if there is none."
-        ),
-    ] = False,
-    accelerator: Accelerator = None,
-    json: Json = False,
+    resume: bool = False,
+    accelerator: Setting[str | None] = None,
+    json: bool = False,
 ) -> None:
     """Train a network on simulated drives; after Ctrl-C, --resume continues the training.
 
@@ -137,6 +79,17 @@ def train(
     checkpoint is printed.
 
     Example: `edge-ident train --output runs/mine --motion-from recording.csv`
+
+    Parameters
+    ----------
+    output : FOLDER
+        Folder to write the checkpoint and the loss curves to.
+    configuration : improved|plain|paper
+        Training recipe: improved; plain, which has no effects; or that of the paper.
+    resume
+        Continue from the checkpoint in the folder; begin anew if there is none.
+    accelerator : DEVICE
+        Torch device such as cpu or cuda; default: a GPU if there is one.
     """
     chosen = _offline("export.configuration").configuration(configuration)
     known_motion = motion.load()
@@ -174,12 +127,12 @@ def _shown_on(bars: Progress) -> Any:
 @command
 def export(
     *,
-    checkpoint: Checkpoint = None,
-    output: NetworkFolder = Path("networks"),
-    c: CFolder = None,
-    network: NetworkForC = None,
-    int8: Int8 = True,
-    json: Json = False,
+    checkpoint: Annotated[Path | None, typer.Argument()] = None,
+    output: Annotated[Path, setting("-o", parser=result_folder)] = Path("networks"),
+    c: Path | None = None,
+    network: Path | None = None,
+    int8: Annotated[bool, typer.Option("--int8/--no-int8")] = True,
+    json: bool = False,
 ) -> None:
     """Convert a checkpoint to ONNX networks, or write an int8 network as C for a microcontroller.
 
@@ -194,6 +147,20 @@ def export(
     Example: `edge-ident export runs/mine/checkpoint.pt --output networks`
 
     Example: `edge-ident export --c firmware/network`
+
+    Parameters
+    ----------
+    checkpoint : FILE
+        Checkpoint written by train; default: runs/feed_drive/checkpoint.pt.
+    output : FOLDER
+        Folder to write the networks and their manifest to.
+    c : FOLDER
+        Write an int8 network to this folder as C99, instead of converting a checkpoint.
+    network : FILE
+        With --c: int8 network (.onnx) with its manifest in the same folder; default: the built-in
+        network.
+    int8
+        Also write the int8 network, or leave it out.
     """
     if c is not None:
         if checkpoint is not None:

@@ -2,6 +2,43 @@
 
 A group is a dataclass whose fields are options; `edge_ident.cli.command` turns a parameter of
 that type into those options.
+
+Parameters
+----------
+backups : FOLDER
+    Folder for backups of the active gains.
+bandwidth : NUMBER
+    Frequency of the closed loop's poles, rad/s; default: the highest with sufficient margins.
+baud_rate : NUMBER
+    Baud rate of a serial port; default: 115200.
+cycles : NUMBER
+    Number of periods of a sinusoid or multisine; default: as in the drive description.
+details
+    Print all numbers and remarks below the answer; --json and the page have them, too.
+device : DEVICE
+    Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.
+drive : FILE
+    Drive description (.toml); default: the built-in drive.
+json
+    Print the result as one JSON document on stdout.
+machine : NAME
+    Name of the machine, for the heading of the page.
+model : FILE
+    Model file (.json) with known effects of the drive.
+motion
+    Motion that the axes make.
+network : FILE
+    Network (.onnx) with its manifest in the same folder; default: the built-in network.
+no_diagnose
+    Do not diagnose an axis whose base model is inadequate; the intervals are wider.
+output : FOLDER|FILE
+    Folder for the results; it is created if it does not exist. A command that writes a single file
+    also takes the name of that file.
+precision
+    Precision of the built-in network; fastest: int8 only where this machine runs it clearly faster
+    than fp32.
+seed : NUMBER
+    Random seed.
 """
 
 import math
@@ -14,6 +51,7 @@ import typer
 
 import edge_ident
 from edge_ident import commissioning, report
+from edge_ident.cli import settings
 from edge_ident.cli.messages import print_document, say
 from edge_ident.support.documents import write_json
 from edge_ident.support.words import plain_number
@@ -44,104 +82,31 @@ def result_folder(path: str) -> Path:
     return Path(path)
 
 
-def option(name: str, help_text: str, **more: Any) -> Any:
-    """An option, named as its help shows it: flags, then what it takes, as in `--output -o F`."""
-    *flags, last = name.split()
-    if last.startswith("-"):
-        return typer.Option(*flags, last, help=help_text, **more)
-    return typer.Option(*flags, metavar=last, help=help_text, **more)
-
-
-def setting(name: str, help_text: str, **more: Any) -> Any:
+def setting(*flags: str, **more: Any) -> Any:
     """An option that a variable of the environment gives, too, and the settings file."""
-    variable = name.split()[0].removeprefix("--").replace("-", "_").upper()
-    return option(name, help_text, envvar=f"EDGE_IDENT_{variable}", **more)
+    return typer.Option(*flags, envvar=settings.PREFIX, **more)
 
 
-Json = Annotated[bool, option("--json", "Print the result as one JSON document on stdout.")]
-Details = Annotated[
-    bool,
-    option(
-        "--details",
-        "Print all numbers and remarks below the answer; --json and the page have them, too.",
-    ),
-]
-Output = Annotated[
-    Path | None,
-    setting(
-        "--output -o FOLDER|FILE",
-        "Folder for the results; it is created if it does not exist. A command that "
-        "writes a single file also takes the name of that file.",
-        parser=result_folder,
-    ),
-]
-_RECORDING_OUTPUT: Final = setting(
-    "--output -o FOLDER|FILE",
-    f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
+_T = TypeVar("_T")
+Setting = Annotated[_T, setting()]
+"""The same of a type that typer knows."""
+BaudRate = Annotated[int | None, setting(min=50)]
+Bandwidth = Annotated[float | None, setting(min=0.1)]
+RECORDING: Final = setting(
+    "-o",
+    metavar="FOLDER|FILE",
+    help=f"Folder to write {_IN_FOLDER} to, or a file that ends in .csv or .npz.",
     parser=named,
 )
-RecordingOutput = Annotated[Path, _RECORDING_OUTPUT]
-OptionalRecordingOutput = Annotated[Path | None, _RECORDING_OUTPUT]
-DriveFile = Annotated[
-    Path | None, setting("--drive FILE", "Drive description (.toml); default: the built-in drive.")
-]
-Device = Annotated[
-    str | None,
-    setting(
-        "--device DEVICE",
-        "Board: a port such as /dev/ttyACM0, a pySerial URL, tcp://HOST:PORT, or virtual.",
-    ),
-]
-BaudRate = Annotated[
-    int | None,
-    setting("--baud-rate NUMBER", "Baud rate of a serial port; default: 115200.", min=50),
-]
-NetworkFile = Annotated[
-    Path | None,
-    setting(
-        "--network FILE",
-        "Network (.onnx) with its manifest in the same folder; default: the built-in network.",
-    ),
-]
-ModelFile = Annotated[
-    Path | None, setting("--model FILE", "Model file (.json) with known effects of the drive.")
-]
-Precision = Annotated[
-    Literal["fp32", "int8", "fastest"],
-    setting(
-        "--precision",
-        "Precision of the built-in network; fastest: int8 only where this machine runs it "
-        "clearly faster than fp32.",
-    ),
-]
-Bandwidth = Annotated[
-    float | None,
-    setting(
-        "--bandwidth NUMBER",
-        "Frequency of the closed loop's poles, rad/s; default: the highest with sufficient "
-        "margins.",
-        min=0.1,
-    ),
-]
-NoDiagnose = Annotated[
-    bool,
-    setting(
-        "--no-diagnose",
-        "Do not diagnose an axis whose base model is inadequate; the intervals are wider.",
-    ),
-]
-Machine = Annotated[
-    str, setting("--machine NAME", "Name of the machine, for the heading of the page.")
-]
-Seed = Annotated[int, setting("--seed NUMBER", "Random seed.")]
+"""Where a recording goes."""
 
 
 @dataclass(frozen=True)
 class NetworkOptions:
     """The network that estimates beside least squares."""
 
-    network: NetworkFile = None
-    precision: Precision = "fastest"
+    network: Setting[Path | None] = None
+    precision: Setting[Literal["fp32", "int8", "fastest"]] = "fastest"
 
     def load(self) -> "edge_ident.Network":
         """Load the built-in network, or another one."""
@@ -152,17 +117,17 @@ class NetworkOptions:
 class BoardOptions:
     """Which board, and which drive hangs on it."""
 
-    device: Device = None
+    device: Setting[str | None] = None
     baud_rate: BaudRate = None
-    drive: DriveFile = None
+    drive: Setting[Path | None] = None
 
 
 @dataclass(frozen=True)
 class ResultOptions:
     """Where results go: a folder, stdout as JSON, or stdout as text."""
 
-    output: Output = None
-    json: Json = False
+    output: Annotated[Path | None, setting("-o", parser=result_folder)] = None
+    json: bool = False
 
     def file(self, name: str) -> Path | None:
         """The one file to write: as it was named, or by this name in the folder."""
@@ -293,18 +258,10 @@ def recording_file(output: Path) -> Path:
 MOST_CYCLES: Final = 1000
 """Periods of a motion, as in a drive description: hours of the slowest ones."""
 _PERIODIC: Final = ("sinusoid", "multisine")
-MotionName = Annotated[
-    Literal["sinusoid", "multisine", "staircase"], setting("--motion", "Motion that the axes make.")
-]
-MOTIONS: Final[tuple[str, ...]] = get_args(get_args(MotionName)[0])
-
-
-_CYCLES: Final = (
-    "--cycles NUMBER",
-    "Number of periods of a sinusoid or multisine; default: as in the drive description.",
-)
-Cycles = Annotated[int | None, setting(*_CYCLES, min=1, max=MOST_CYCLES)]
-SimulatedCycles = Annotated[int | None, option(*_CYCLES, min=1, max=MOST_CYCLES)]
+MotionName = Literal["sinusoid", "multisine", "staircase"]
+MOTIONS: Final[tuple[str, ...]] = get_args(MotionName)
+Cycles = Annotated[int | None, setting(min=1, max=MOST_CYCLES)]
+SimulatedCycles = Annotated[int | None, typer.Option(min=1, max=MOST_CYCLES)]
 """Periods of a simulated motion, which no setting of the machine changes."""
 
 
@@ -387,58 +344,36 @@ def true_part(given: str | float) -> float:
 
 @dataclass(frozen=True)
 class HideOptions:
-    """What is wrong with the drive behind a virtual board."""
+    """What is wrong with the drive behind a virtual board.
 
-    hide: Annotated[
-        list[str] | None,
-        option(
-            "--hide NAME[=SIZE]",
-            "Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. "
-            "An unknown name, as in --hide list, lists all faults.",
-        ),
-    ] = None
-    axis: Annotated[
-        Literal["x", "z"] | None,
-        option("--axis", "Axis that has the faults; default: x, or a random one with --hide-seed."),
-    ] = None
-    hide_seed: Annotated[
-        int | None,
-        option(
-            "--hide-seed NUMBER",
-            "Hide one or two random faults; the same number hides the same ones. With "
-            "--hide: choose only the details at random.",
-            min=0,
-        ),
-    ] = None
-    used: Annotated[
-        int | None,
-        option(
-            "--used NUMBER",
-            "Use a random used machine as the virtual drive: a dozen things are slightly "
-            "wrong on it. The same number gives the same machine.",
-            min=0,
-        ),
-    ] = None
-    wear: Annotated[
-        float | None,
-        option(
-            "--wear LEVEL",
-            "Wear of the machine of --used: 0 like new, 1 used, 2 worn; default: 1.",
-            min=0.0,
-            max=3.0,
-        ),
-    ] = None
-    friction: Annotated[
-        Literal["lugre", "dahl"] | None,
-        option(
-            "--friction",
-            "Make the machine of --used like new, simulated by another program with this "
-            "friction model.",
-        ),
-    ] = None
-    reveal: Annotated[
-        bool, option("--reveal", "Print at the end what these options have hidden.")
-    ] = False
+    Attributes
+    ----------
+    hide : NAME[=SIZE]
+        Hide a fault in the virtual drive, such as backlash=0.01; may be repeated. An unknown name,
+        as in --hide list, lists all faults.
+    axis
+        Axis that has the faults; default: x, or a random one with --hide-seed.
+    hide_seed : NUMBER
+        Hide one or two random faults; the same number hides the same ones. With --hide: choose only
+        the details at random.
+    used : NUMBER
+        Use a random used machine as the virtual drive: a dozen things are slightly wrong on it. The
+        same number gives the same machine.
+    wear : LEVEL
+        Wear of the machine of --used: 0 like new, 1 used, 2 worn; default: 1.
+    friction
+        Make the machine of --used like new, simulated by another program with this friction model.
+    reveal
+        Print at the end what these options have hidden.
+    """
+
+    hide: list[str] | None = None
+    axis: Literal["x", "z"] | None = None
+    hide_seed: Annotated[int | None, typer.Option(min=0)] = None
+    used: Annotated[int | None, typer.Option(min=0)] = None
+    wear: Annotated[float | None, typer.Option(min=0.0, max=3.0)] = None
+    friction: Literal["lugre", "dahl"] | None = None
+    reveal: bool = False
 
     def hidden(self, *, of_machine: bool = False) -> "Hidden | None":
         """What is to be hidden, in the machine alone where the board is another; None: nothing."""

@@ -12,7 +12,7 @@ from edge_ident import commissioning, report
 from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command, noting
 from edge_ident.cli.messages import print_document, say, shown_progress
-from edge_ident.cli.options import option, setting
+from edge_ident.cli.options import Setting, setting
 from edge_ident.cli.sessions import session
 from edge_ident.support.next_step import Done
 
@@ -30,39 +30,26 @@ _WRITES: Final = (
 
 @dataclass(frozen=True)
 class MotionOptions:
-    """How the axes move, and how far a run may go to find out what is wrong."""
+    """How the axes move, and how far a run may go to find out what is wrong.
+
+    Attributes
+    ----------
+    most_motions : NUMBER
+        Largest number of identification motions. Those after the first are designed to separate the
+        causes that the diagnosis leaves open.
+    most_seconds : NUMBER
+        Longest duration of all identification motions together, in s; default: no limit.
+    until : SHARE
+        End the first motion early: as soon as the half-width of each 95 % interval is at most this
+        share of its parameter (for the offset: of the Coulomb friction), such as 2% or 0.02.
+    """
 
     context: typer.Context
-    motion: options.MotionName = "sinusoid"
+    motion: Setting[options.MotionName] = "sinusoid"
     cycles: options.Cycles = None
-    most_motions: Annotated[
-        int,
-        setting(
-            "--most-motions NUMBER",
-            "Largest number of identification motions. Those after the first are designed "
-            "to separate the causes that the diagnosis leaves open.",
-            min=1,
-            max=9,
-        ),
-    ] = 3
-    most_seconds: Annotated[
-        float | None,
-        setting(
-            "--most-seconds NUMBER",
-            "Longest duration of all identification motions together, in s; default: no limit.",
-            min=1.0,
-        ),
-    ] = None
-    until: Annotated[
-        float | None,
-        setting(
-            "--until SHARE",
-            "End the first motion early: as soon as the half-width of each 95 % interval "
-            "is at most this share of its parameter (for the offset: of the Coulomb "
-            "friction), such as 2% or 0.02.",
-            parser=options.true_part,
-        ),
-    ] = None
+    most_motions: Annotated[int, setting(min=1, max=9)] = 3
+    most_seconds: Annotated[float | None, setting(min=1.0)] = None
+    until: Annotated[float | None, setting(parser=options.true_part)] = None
 
     @property
     def most_s(self) -> float:
@@ -87,36 +74,38 @@ class MotionOptions:
 
 @dataclass(frozen=True)
 class DiagnosisOptions:
-    """Whether and when a run finds out what the base model lacks."""
+    """Whether and when a run finds out what the base model lacks.
 
-    no_diagnose: Annotated[
-        bool, setting("--no-diagnose", "Do not diagnose axes whose base model is not enough.")
-    ] = False
-    diagnose_first: Annotated[
-        bool,
-        setting("--diagnose-first", "Diagnose before any gains are written, and not afterwards."),
-    ] = False
-    diagnose_within: Annotated[
-        float,
-        setting(
-            "--diagnose-within NUMBER",
-            "Longest time for the diagnosis of all axes, in s; motions are not counted.",
-            min=0.0,
-        ),
-    ] = 60.0
+    Attributes
+    ----------
+    no_diagnose
+        Do not diagnose axes whose base model is not enough.
+    diagnose_first
+        Diagnose before any gains are written, and not afterwards.
+    diagnose_within : NUMBER
+        Longest time for the diagnosis of all axes, in s; motions are not counted.
+    """
+
+    no_diagnose: Setting[bool] = False
+    diagnose_first: Setting[bool] = False
+    diagnose_within: Annotated[float, setting(min=0.0)] = 60.0
 
 
 @dataclass(frozen=True)
 class GainOptions:
-    """How gains are designed and whether they are kept."""
+    """How gains are designed and whether they are kept.
+
+    Attributes
+    ----------
+    dry_run
+        Write no gains; forecast the tracking error with them.
+    store
+        Store confirmed gains in the board's permanent memory.
+    """
 
     bandwidth: options.Bandwidth = None
-    dry_run: Annotated[
-        bool, option("--dry-run", "Write no gains; forecast the tracking error with them.")
-    ] = False
-    store: Annotated[
-        bool, option("--store", "Store confirmed gains in the board's permanent memory.")
-    ] = False
+    dry_run: bool = False
+    store: bool = False
 
     def check(self) -> None:
         """Refuse what contradicts itself."""
@@ -138,12 +127,12 @@ def run(
     motions: MotionOptions,
     gains: GainOptions,
     network: options.NetworkOptions,
-    model: options.ModelFile = None,
-    seed: options.Seed = 0,
+    model: Setting[Path | None] = None,
+    seed: Setting[int] = 0,
     diagnosis: DiagnosisOptions,
     faults: options.HideOptions,
-    machine: options.Machine = "",
-    details: options.Details = False,
+    machine: Setting[str] = "",
+    details: bool = False,
     results: options.ResultOptions,
 ) -> None:
     """Move the axes, identify the drive, design gains, write them, and verify them by motions.
@@ -234,13 +223,6 @@ def _plan(
 # The command capture: a motion and its recording.
 
 _CAPTURE_WRITES: Final = ("capture*.npz", "capture.json")
-MotionOrFile = Annotated[
-    str,
-    setting(
-        "--motion sinusoid|multisine|staircase|FILE",
-        "Motion that the axes make, or a file that plan wrote.",
-    ),
-]
 
 
 @command
@@ -248,7 +230,7 @@ def capture(
     *,
     context: typer.Context,
     where: options.BoardOptions,
-    motion: MotionOrFile = "sinusoid",
+    motion: Setting[str] = "sinusoid",
     cycles: options.Cycles = None,
     faults: options.HideOptions,
     results: options.ResultOptions,
@@ -260,6 +242,11 @@ def capture(
     edge-ident-runs or in the folder of the setting output. The path of the recording is printed.
 
     Example: `edge-ident capture --device virtual --motion multisine --output captures/a`
+
+    Parameters
+    ----------
+    motion : sinusoid|multisine|staircase|FILE
+        Motion that the axes make, or a file that plan wrote.
     """
     options.check_named(motion)
     cycles = options.periods(context, motion, cycles)
@@ -286,9 +273,7 @@ def capture(
 @command
 def draw_report(
     *,
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Folder written by run or capture.")
-    ],
+    folder: Annotated[Path, typer.Argument()],
     results: options.ResultOptions,
 ) -> None:
     """Draw the results of a run: effort and model, residual, tracking error before and after.
@@ -297,6 +282,11 @@ def draw_report(
     --output. Its path is printed.
 
     Example: `edge-ident report edge-ident-runs/2026-01-31T09-15-00`
+
+    Parameters
+    ----------
+    folder : FOLDER
+        Folder written by run or capture.
     """
     figure = report.render.drawn(report.run.run_charts(folder))
     picture = report.render.save_figure(figure, results.file("report.png") or folder / "report.png")

@@ -13,25 +13,32 @@ import typer
 from typer.testing import CliRunner, Result
 
 from edge_ident.cli.command import command
-from edge_ident.cli.options import Json, ResultOptions
+from edge_ident.cli.options import ResultOptions
 from edge_ident.errors import BoardError, DataError, GainError, LinkError, ModelError
 
 
 @dataclass(frozen=True)
 class Point:
-    """A group with an option that must be given and one that need not."""
+    """A group with an option that must be given and one that need not.
+
+    Attributes
+    ----------
+    across : STEPS
+        How far to
+        the right.
+    """
 
     across: Annotated[int, typer.Option("--across")]
     along: Annotated[float, typer.Option("--along", envvar="EDGE_IDENT_ALONG")] = 0.5
 
 
 def run(function, *arguments: str, **environment: str) -> Result:
-    app = typer.Typer()
+    app = typer.Typer(rich_markup_mode=None)
     app.command()(command(function))
     return CliRunner().invoke(app, list(arguments), env=environment)
 
 
-def place(*, name: Annotated[str, typer.Argument()], point: Point, json: Json = False) -> None:
+def place(*, name: Annotated[str, typer.Argument()], point: Point, json: bool = False) -> None:
     """Say where a thing is."""
     print(name, point, json)
 
@@ -49,6 +56,12 @@ def test_an_option_of_a_group_keeps_its_type_its_variable_and_its_place_in_the_h
     text = run(place, "--help").stdout
     assert text.index("--across") < text.index("--along") < text.index("--json")
     assert "Say where a thing is." in text
+
+
+def test_the_help_of_an_option_is_that_of_its_own_docstring_or_of_the_shared_one() -> None:
+    text = " ".join(run(place, "--help").stdout.split())
+    assert "--across STEPS How far to the right." in text
+    assert "--json Print the result as one JSON document on stdout." in text
 
 
 @pytest.mark.parametrize(
