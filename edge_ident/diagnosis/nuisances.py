@@ -12,8 +12,8 @@ from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
+import scipy.linalg
 import scipy.optimize
-import scipy.signal
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.elsewhere import (
@@ -192,12 +192,13 @@ def _left_behind(data: AxisData, order: int, lag_s: float) -> float:
 
 def _lagging(segment: Segment, order: int, lag_s: float) -> Array:
     """Columns (n, 4) of the base model behind so many first-order filters."""
-    rows = regressor(segment.motion.velocity, segment.motion.acceleration).T
+    columns = regressor(segment.motion.velocity, segment.motion.acceleration)
     kept = math.exp(-segment.period_s / lag_s)
+    recursion = np.array([[1.0], [-kept]]) * np.ones(len(columns))
     for _ in range(order):
-        before = kept * rows[:, :1]
-        rows = scipy.signal.lfilter([1.0 - kept], [1.0, -kept], rows, zi=before)[0]
-    return np.asarray(segment.filter(rows)).T
+        columns[1:] *= 1.0 - kept  # the first is what came before it
+        columns = scipy.linalg.solve_banded((1, 0), recursion, columns)
+    return np.asarray(segment.filter(columns.T)).T
 
 
 # What one recording may have beside another: another zero of its position, another clock of its

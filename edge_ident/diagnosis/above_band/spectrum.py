@@ -5,9 +5,7 @@ from functools import cached_property
 from typing import Final, Self
 
 import numpy as np
-import scipy.fft
 import scipy.ndimage
-import scipy.signal
 from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
@@ -15,7 +13,7 @@ from edge_ident.diagnosis.prepare.axis_data import Segment
 from edge_ident.diagnosis.prepare.bandwidth import direction_weight
 from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.model.model import Model
-from edge_ident.signals.filters import differentiate, lowpass, magnitude, whitening
+from edge_ident.signals.filters import differentiate, fast_length, lowpass, magnitude, whitening
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.time_stamps import EvenGrid
 
@@ -116,9 +114,9 @@ def over_time(
         Range of the rate, rad/s.
     """
     cell = 2.0 * np.pi / (period_s * len(signal))
-    length = scipy.fft.next_fast_len(_OVERSAMPLED * len(signal), real=True)
+    length = fast_length(_OVERSAMPLED * len(signal))
     spectrum = np.fft.rfft(weight * signal, length)
-    rate = 2.0 * np.pi / (period_s * length) * np.arange(len(spectrum))
+    rate = 2.0 * np.pi / (period_s * length) * np.arange(len(spectrum), dtype=np.float64)
     power = np.abs(spectrum) ** 2 / max(float(weight @ weight), _TINY)
     inside = (rate >= lowest) & (rate <= highest)
     found = _of(rate[inside], power[inside], cell)
@@ -143,7 +141,7 @@ def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]
     bins = int(np.ceil(_BINS_PER_WAVE * highest / cell)) + 1
     index = np.minimum(((position - start) * (bins / travel)).astype(np.intp), bins - 1)
     binned = np.bincount(index, signal, bins)
-    length = scipy.fft.next_fast_len(_OVERSAMPLED * bins, real=True)
+    length = fast_length(_OVERSAMPLED * bins)
     spectrum = np.fft.rfft(binned, length)
     rate = cell * bins / length * np.arange(len(spectrum))
     energy = np.interp(rate, *energy_at, left=0.0, right=0.0)
@@ -333,9 +331,11 @@ class WideSignals:
         velocity = lowpass(self.velocity, self.cutoff_hz, self.period_s)
         velocity = velocity - np.mean(velocity)
         samples = len(velocity)
-        alike = scipy.signal.correlate(velocity, velocity, "full", "fft")[samples - 1 :]
-        alike /= np.arange(samples, 0, -1)
-        peaks, _ = scipy.signal.find_peaks(alike, _REPEATS * alike[0])
+        length = fast_length(2 * samples)
+        power = np.abs(np.fft.rfft(velocity, length)) ** 2
+        alike = np.fft.irfft(power, length)[:samples] / np.arange(samples, 0, -1)
+        highest = scipy.ndimage.maximum_filter1d(alike, 3)
+        peaks = np.flatnonzero((alike == highest) & (alike >= _REPEATS * alike[0]))
         for lag in peaks[(peaks >= _SHORTEST_LAP * samples) & (peaks < _LONGEST_LAP * samples)]:
             first, second = velocity[:-lag], velocity[lag:]
             if np.sum((first - second) ** 2) < 2.0 * (1.0 - _REPEATS) * np.sum(first**2):

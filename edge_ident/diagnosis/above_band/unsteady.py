@@ -14,8 +14,7 @@ from functools import cached_property
 from typing import Final, Self
 
 import numpy as np
-import scipy.signal
-import scipy.stats
+import scipy.special
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.spectrum import (
@@ -24,7 +23,7 @@ from edge_ident.diagnosis.above_band.spectrum import (
     WideSignals,
     least_squares,
 )
-from edge_ident.signals.filters import lowpass
+from edge_ident.signals.filters import fast_length, lowpass
 from edge_ident.signals.metrics import rms
 
 Array = NDArray[np.float64]
@@ -138,17 +137,19 @@ class Rest:
         samples = len(wide.effort)
         # at the ends a filter knows one side alone
         ends = min(int(1.0 / (wide.knee_hz * wide.period_s)), samples // 20)
-        inner = samples - 2 * ends
-        weight = wide.weight * np.pad(scipy.signal.windows.tukey(inner, 2.0 * ends / inner), ends)
+        to_end = np.minimum(np.arange(samples), np.arange(samples)[::-1])
+        faded = np.interp(to_end, [ends, 2 * ends - ends / (samples - 2 * ends)], [0.0, 1.0])
+        weight = wide.weight * np.sin(0.5 * np.pi * faded) ** 2
 
-        def above(signals: Array) -> Array:
-            weighted = weight * signals
+        def above(signal: Array) -> Array:
+            weighted = weight * signal
             slow = lowpass(weighted, 0.5 * _FROM * wide.cutoff_hz, wide.period_s)
             return np.asarray(weighted - slow)
 
         shown = _shown(wide, wide.acceleration)
-        motion = np.concatenate([_of_motion(wide, shown), wide.loads])
-        rows, effort = above(np.concatenate([motion, waves])), above(wide.effort)
+        motion = [*_of_motion(wide, shown), *wide.loads]
+        rows = np.stack([above(row) for row in (*motion, *waves)])  # together they are large
+        effort = above(wide.effort)
         left = effort - least_squares(rows, effort) @ rows
         beside_motion = left
         if len(waves):
@@ -211,7 +212,7 @@ class Rest:
             averaged = 2 * int(0.5 * periods_s / self.wide.period_s) + 1
             power, noise = self._power(low, high, averaged)
             free = 2.0 * (high - low) * _HANN * averaged * self.wide.period_s
-            chance = scipy.stats.chi2.isf(_SELDOM / count, free) / free
+            chance = scipy.special.chdtri(free, _SELDOM / count) / free
             limit = _STRUCTURE**2 * chance * noise
             beyond = (power - noise)[:, self.known]
             excess = np.where((power > limit)[:, self.known], beyond, 0.0)
@@ -224,9 +225,12 @@ class Rest:
         count = self.left.shape[1]
         inside = self._inside(low, high)
         passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), count)
-        window = scipy.signal.windows.hann(averaged + 2)[1:-1]
-        signals = np.vstack([passed**2, self.weight**2])
-        mean = scipy.signal.oaconvolve(signals, window[None] / np.sum(window), "same", axes=-1)
+        window = np.hanning(averaged + 2)
+        length = fast_length(count + len(window))
+        spectrum = np.fft.rfft(np.vstack([passed**2, self.weight**2]), length)
+        spectrum *= np.fft.rfft(window / np.sum(window), length)
+        middle = len(window) // 2
+        mean = np.fft.irfft(spectrum, length)[:, middle : middle + count]
         noise = np.sum(self.density[:, inside], axis=1) / (count * self.wide.period_s)
         return mean[:2] / np.maximum(mean[2], _KNOWN), noise[:, None]
 
@@ -250,8 +254,8 @@ class Rest:
         return low, high
 
 
-def _of_motion(wide: WideSignals, shown: Array) -> Array:
-    """What a motion makes of an effort (R, N): by inertia, friction and a shift in time, as a
+def _of_motion(wide: WideSignals, shown: Array) -> list[Array]:
+    """What a motion makes of an effort, R rows (N,): by inertia, friction and a shift in time, as a
     controller answers the position, and any response to a change of direction, the same after
     each: loop and chain ring."""
     resolved_hz = min(_RESOLVED * wide.knee_hz, WIDEST / wide.period_s)
@@ -261,9 +265,10 @@ def _of_motion(wide: WideSignals, shown: Array) -> Array:
     answers = np.lib.stride_tricks.sliding_window_view(np.pad(fast, _MEMORY), len(fast))
     step = max(round(_RINGS_S / (_RINGS * wide.period_s)), 1)
     jumps = np.convolve(np.diff(direction, prepend=direction[0]), np.bartlett(2 * step + 1), "same")
-    rings = [np.pad(jumps, (k * step, 0))[: len(jumps)] for k in range(_RINGS)]
+    late = np.pad(jumps, ((_RINGS - 1) * step, 0))
+    rings = np.lib.stride_tricks.sliding_window_view(late, len(jumps))[::-step]
     velocity, ones = _shown(wide, wide.velocity), np.ones(len(fast))
-    return np.vstack([shown, jerk, velocity, direction, ones, answers, *rings])
+    return [shown, jerk, velocity, direction, ones, *answers, *rings]
 
 
 def _white(left: Array, weight: Array, wide: WideSignals) -> float:
