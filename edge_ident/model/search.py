@@ -21,15 +21,6 @@ judgement, not a measurement."""
 _TINY: Final = float(np.finfo(float).tiny)
 
 
-class ChangesWith(Enum):
-    """What an effect grows or fades with, and the names of the parameters that say how."""
-
-    STROKE = "position: in waves, at one place, or by its powers"
-    TIME = "time: curvature, or time_constant"
-    EFFORT = "the effort that is transmitted"
-    MOMENT = "nothing: it is there from one time on"
-
-
 class Link(Enum):
     """Which of two links an axis moves, where one carries the other."""
 
@@ -69,8 +60,6 @@ class Form:
         Whether it needs several speeds at one place: where the speed follows from the position, as
         along one sinusoid, friction over the position is friction over the speed, and inertia over
         the position is a load.
-    changes : ChangesWith, optional
-        Laws outside the catalogue that change likewise may be taken for it.
     grid : callable, optional
         Of its nonlinear parameters, where they are others than those of `SearchSpec.grid`.
 
@@ -92,7 +81,6 @@ class Form:
     sums: bool = False
     known: tuple[tuple[str, float], ...] = ()
     several_speeds: bool = False
-    changes: ChangesWith | None = None
     grid: "Callable[[Excitation], dict[str, Array]] | None" = None
 
 
@@ -284,8 +272,8 @@ class SearchSpec:
     needs_reversals : bool
         Whether the effect shows only where the motion turns.
     curve : (str, str) or None
-        What a curve is of, and over which quantity, that says no more than the effect's name: where
-        such a curve describes the effort better than the formula, it is this effect all the same.
+        What a curve is of, and over which quantity, that says what the effect does: where such a
+        curve describes the effort better than the formula, it may be this effect all the same.
     repeats : bool
         Whether a drive may have several terms of it at once.
     shares_friction : bool

@@ -46,7 +46,7 @@ from edge_ident.support.words import spoken
 Array = NDArray[np.float64]
 
 
-_ALIKE: Final = 0.9
+ALIKE: Final = 0.9
 """Concurvity: share of the mean square of a curve's effort that the curves over another quantity
 imitate, from which the motion does not tell the two apart."""
 _RIDGE: Final = 1e-6
@@ -181,7 +181,7 @@ def imitation(products: Products, part: Array) -> Callable[[int], bool]:
         return float(np.mean(fitted(of_part, curves).held_out(1)[0] ** 2))
 
     alone = left()
-    return lambda curve: alone > _RIDGE and left(curve) < (1.0 - _ALIKE) * alone
+    return lambda curve: alone > _RIDGE and left(curve) < (1.0 - ALIKE) * alone
 
 
 @dataclass(frozen=True)

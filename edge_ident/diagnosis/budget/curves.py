@@ -223,6 +223,8 @@ OF_AXIS: Final = (
          own=(_constant,), effect="inertia_over_position"),
     Kind(LOAD, "load", "{position}/s^2", "{effort}", _pull, _pulls, 10, own=(_straight,)),
     Kind(LOAD, "friction", "{position}/s^2", "{effort}", _pull, _direction, 10, own=(_constant,)),
+    Kind(LOAD, "difference of directions", "{position}/s^2", "{effort}", _pull, _one, 10,
+         own=(_constant,)),
     Kind(TIME, "load", "s", "{effort}", _time, _one, 14, own=(_constant,)),
     Kind(TIME, "friction", "s", "{effort}", _time, _direction, 14, own=(_constant,)),
     Kind(TIME, "viscous friction", "s", "{effort}*s/{position}", _time, _velocity, 14,

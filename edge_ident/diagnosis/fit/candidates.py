@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
-from edge_ident.model.search import ChangesWith, Excitation, Form
+from edge_ident.model.search import Excitation, Form
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ def candidates(data: AxisData, rotary: bool) -> tuple[Candidate, ...]:
             continue  # timing accounts for the shift
         for form in effect.search.forms:
             separable = several_speeds or not form.several_speeds
-            if form.changes is ChangesWith.MOMENT and own_friction.intersection(form.linear):
+            if effect.tied_to_time and own_friction.intersection(form.linear):
                 continue  # a recording's own friction says it already
             if separable and (rotary or not form.rotary):
                 found += [Candidate(name, form, source) for source in data.sources(form)]

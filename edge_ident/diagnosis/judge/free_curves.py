@@ -5,25 +5,28 @@ anything: a few waves any course along the stroke, two laws of friction any curv
 each curve of the error budget takes the place of each law, and of all the laws that it imitates. It
 has as many parameters as the data set of its coefficients (effective degrees of freedom: Wood,
 Generalized Additive Models (2017), 6.1), and they are charged like those of a law. Where a curve is
-decisively better then, the laws are only suspected, unless their name says no more than the curve
-does: friction along the stroke is that in any shape.
+decisively better then, the laws are only suspected. But no formula is exactly the machine's, so a
+curve may be the law: friction along the stroke is that in any shape, and a curve of the friction
+over speed is Stribeck friction where that law alone explains most of what the curve does.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import imitation, missed, products_of
+from edge_ident.diagnosis.budget.account import ALIKE, imitation, missed, products_of
 from edge_ident.diagnosis.budget.curves import Curve
 from edge_ident.diagnosis.budget.smoothing import fitted
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
-from edge_ident.diagnosis.fit.fitting import FittedModel, term_effort
+from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, term_effort
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.select.acceptance import separable
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.model.effects import named
+from edge_ident.diagnosis.select.selection import polished
+from edge_ident.model.effects import catalogue, named
 
 Array = NDArray[np.float64]
 
@@ -45,18 +48,18 @@ def curves_instead(search: Search, model: FittedModel, floor: NoiseFloor) -> dic
     own = [k for k, t in enumerate(model.terms) if t.candidate != VIBRATION]
     doubts: dict[int, str] = {}
     for laws, curves in _contests(search, model, own, floor).items():
-        gains = _gains(search, model, laws, curves, floor)
-        best = max(gains, key=lambda number: gains[number], default=None)
-        if best is not None and separable(gains[best]):
-            doubts |= dict.fromkeys(laws, _reason(curves[best]))
+        found = _fitted(search, model, laws, curves, floor)
+        best = max(found, key=lambda one: one.gain, default=None)
+        if best is not None and separable(best.gain):
+            doubts |= {k: best.reason for k in laws if not _is(search, model, laws, k, best)}
     return doubts
 
 
 def _contests(
     search: Search, model: FittedModel, own: Sequence[int], floor: NoiseFloor
 ) -> dict[tuple[int, ...], dict[int, Curve]]:
-    """The curves, by number, that take the place of each law, and of all that one imitates; but for
-    those that say no more than the laws' name."""
+    """The curves, by number, that take the place of all the laws that one imitates, and of each
+    other."""
     if not own:
         return {}
     data = search.data
@@ -66,40 +69,68 @@ def _contests(
     found: dict[tuple[int, ...], dict[int, Curve]] = {}
     for number, curve in enumerate(base.curves):
         alike = tuple(k for k in own if imitates[k](number))
-        for laws in {alike, *((k,) for k in own)} - {()}:
-            names = {named(model.terms[k].candidate.effect).search.curve for k in laws}
-            if names != {(curve.kind.what, curve.kind.over_what)}:
-                found.setdefault(laws, {})[number] = curve
+        for laws in {alike, *((k,) for k in own if k not in alike)} - {()}:
+            found.setdefault(laws, {})[number] = curve
     return found
 
 
-def _gains(
+@dataclass(frozen=True)
+class _Instead:
+    """A curve in the place of laws: the units that it gains, the sum of squares that it leaves, and
+    that without either."""
+
+    curve: Curve
+    gain: float
+    left: float
+    without: float
+
+    @property
+    def reason(self) -> str:
+        kind = self.curve.kind
+        return (
+            f"a curve of the {kind.what} over {kind.over_what}, of which no law is assumed, "
+            "describes the effort better"
+        )
+
+
+def _fitted(
     search: Search,
     model: FittedModel,
     laws: Sequence[int],
     curves: Iterable[int],
     floor: NoiseFloor,
-) -> dict[int, float]:
-    """Units of the criterion that each curve gains over the laws in whose place it is."""
+) -> Iterator[_Instead]:
+    """Each curve in the place of laws."""
     data, criterion = search.data, search.criterion
-    others = tuple(t for k, t in enumerate(model.terms) if k not in laws)
-    rest = missed(data, search.fit(model.base, others), floor, model.axis.units, {})
+    others = search.fit(model.base, _beside(model, laws))
+    rest = missed(data, others, floor, model.axis.units, {})
     products, off = products_of(rest, rest.curves), criterion.discrepancy(model)
     of_laws = sum(criterion.penalty(model.terms[k].candidate) for k in laws)
     of_laws += criterion.misfit(model.error + off)
-    gains = {}
     for number in curves:
         fit = fitted(products, (number,))
         left = rest.scale**2 * float(np.sum((products.signal - fit.predicted) ** 2))
         charged = fit.freedom(number) * math.log(criterion.samples)
         charged += 2.0 * math.log(len(rest.curves))
-        gains[number] = of_laws - criterion.misfit(left + off) - charged
-    return gains
+        gain = of_laws - criterion.misfit(left + off) - charged
+        yield _Instead(rest.curves[number], gain, left, others.error)
 
 
-def _reason(curve: Curve) -> str:
-    kind = curve.kind
-    return (
-        f"a curve of the {kind.what} over {kind.over_what}, of which no law is assumed, describes "
-        "the effort better"
-    )
+def _beside(model: FittedModel, laws: Sequence[int]) -> tuple[FittedTerm, ...]:
+    return tuple(t for k, t in enumerate(model.terms) if k not in laws)
+
+
+def _is(
+    search: Search, model: FittedModel, laws: Sequence[int], law: int, instead: _Instead
+) -> bool:
+    """Whether a curve is one of the laws in whose place it is: it says what no other effect does,
+    or the law alone takes off most of what the curve does."""
+    kind, term = instead.curve.kind, model.terms[law]
+    curve, effect = (kind.what, kind.over_what), term.candidate.effect
+    if named(effect).search.curve != curve:
+        return False
+    rivals = {name for name, other in catalogue().items() if other.search.curve == curve}
+    if rivals == {effect} == {model.terms[k].candidate.effect for k in laws}:
+        return True
+    alone = polished(search, search.fit(model.base, (*_beside(model, laws), term)))
+    return instead.without - alone.error > ALIKE * (instead.without - instead.left)

@@ -20,7 +20,6 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.causes_in_time import imitated, recurring
 from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.halves import decide_halves
-from edge_ident.diagnosis.judge.unnamed_laws import unnamed
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
@@ -185,10 +184,8 @@ def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
 
 
 def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
-    """Reasons against causes that are another effect by their values, or none of the catalogue."""
-    others = unnamed(assessed.search, assessed.fitted(kept))
-    doubts = {k: assessed.degenerate(k) or others.get(place, "") for place, k in enumerate(kept)}
-    doubts = {k: reason for k, reason in doubts.items() if reason}
+    """Reasons against causes that are another effect, or of no certain size, by their values."""
+    doubts = {k: reason for k in kept if (reason := assessed.degenerate(k))}
     return assessed.doubtful_sizes(kept) | assessed.phases(kept) | doubts
 
 

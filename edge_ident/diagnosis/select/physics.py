@@ -18,7 +18,6 @@ from edge_ident.diagnosis.select.thresholds import NEGATIVE
 from edge_ident.estimation.least_squares import coloured_std
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.search import ChangesWith
 from edge_ident.signals.conditioning import unit_length
 from edge_ident.signals.metrics import rms
 
@@ -94,15 +93,12 @@ def _lacks_inertia(data: AxisData, start: FittedModel, model: FittedModel) -> bo
 
 
 def _springs(data: AxisData, start: FittedModel, model: FittedModel) -> bool:
-    """Whether more than half of the own effort of a term along the stroke is that of a spring."""
-    along = [t.candidate.form.changes is ChangesWith.STROKE for t in model.terms]
-    if not any(along):
-        return False
+    """Whether more than half of the own effort of a term is that of a spring."""
     space = base_space(data, start)
     filtered = np.concatenate([s.filter(s.motion.position) for s in data.segments])
     position = filtered[data.valid, np.newaxis]
     spring, _ = unit_length(position - space @ (space.T @ position))
-    efforts = own_efforts(data, model, space)[along]
+    efforts = own_efforts(data, model, space)
     shared = np.sum(np.square(efforts @ spring), axis=1)
     return bool(np.any(shared > np.sum(np.square(efforts), axis=1) - shared))
 

@@ -14,8 +14,8 @@ prefers the model with it. Stepwise selection removes at a lower threshold than 
 cycles (Efroymson 1960)."""
 DECISIVE: Final = 10.0
 """Units of the criterion. Two models differ by this, or the motion does not separate them. What
-replaces a cause gains more: another kind of effect, an unnamed law, an event in the place of what
-lasts. The law in a payload's place, and what lasts in an event's, lose no more. Kass and Raftery,
+replaces a cause gains more: another kind of effect, a curve, an event in the place of what lasts.
+What lasts in an event's place loses no more. Kass and Raftery,
 JASA 90 (1995) 773: a difference of ten is very strong evidence."""
 SUPPORTED: Final = 0.95
 """Probability. A cause reduces the held-out residual with more than this probability, over blocks

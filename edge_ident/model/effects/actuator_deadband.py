@@ -12,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array
-from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
+from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class ActuatorDeadband(Effect):
@@ -52,7 +52,7 @@ EFFECT: Final = ActuatorDeadband(
         "compensation of the dead time or of the overlap.",
     ),
     search=SearchSpec(
-        forms=(Form((), ("width",), changes=ChangesWith.EFFORT),),
+        forms=(Form((), ("width",)),),
         signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
         experiment="a motion that brakes hard enough for the effort to change its sign while "

@@ -12,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class ActuatorSaturation(Effect):
@@ -54,7 +54,7 @@ EFFECT: Final = ActuatorSaturation(
         "motor and amplifier allow it.",
     ),
     search=SearchSpec(
-        forms=(Form((), ("limit",), changes=ChangesWith.EFFORT),),
+        forms=(Form((), ("limit",)),),
         signature="nothing is wrong below the limit; above it the command is not obeyed",
         alternatives=("disturbance_event", "load_dependent_friction"),
         experiment="the same motion slower, which stays below the limit",

@@ -14,7 +14,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import TURNS_RAD, Array, Motion, cosine_and_sine
-from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
+from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 # Most steps of Newton's method; errors that keep the reading increasing need fewer.
 _ITERATIONS: Final = 5
@@ -96,13 +96,12 @@ EFFECT: Final = EncoderEccentricity(
     ),
     search=SearchSpec(
         forms=(
-            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(("cosine", "sine"), ("period",)),
             *(
                 Form(
                     ("cosine", "sine"),
                     rotary=True,
                     known=(("period", turn),),
-                    changes=ChangesWith.STROKE,
                 )
                 for turn in TURNS_RAD  # a travel of less than a turn does not determine one
             ),

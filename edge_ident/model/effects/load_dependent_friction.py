@@ -14,7 +14,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class LoadDependentFriction(Effect):
@@ -71,7 +71,7 @@ EFFECT: Final = LoadDependentFriction(
         "confirm it.",
     ),
     search=SearchSpec(
-        forms=(Form(("share",), ("guided", "moved"), changes=ChangesWith.EFFORT),),
+        forms=(Form(("share",), ("guided", "moved")),),
         signature="friction that follows the transmitted effort, not the speed",
         alternatives=("actuator_deadband", "nonlinear_viscous", "payload_change"),
         experiment="two payloads, or accelerations that change at one speed: --motion multisine",

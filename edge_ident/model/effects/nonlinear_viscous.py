@@ -60,6 +60,7 @@ EFFECT: Final = NonlinearViscous(
         signature="friction bends over the whole range of speeds",
         alternatives=("stribeck_friction", "warm_up", "load_dependent_friction"),
         experiment="many speeds both ways, in no order of time: --motion multisine",
+        curve=("friction", "speed"),
         grid=_grid,
         # beside Coulomb friction, ever smaller powers tend to the logarithm of the speed
         open_ended=("exponent",),

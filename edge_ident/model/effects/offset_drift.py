@@ -12,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 TIME_CONSTANT: Final = Parameter(
     "time_constant", "s", 1e-3, 1e9, "in which 63 % of the drift is done", default=1e9
@@ -65,9 +65,9 @@ def time_constants(excitation: Excitation) -> dict[str, Array]:
 
 
 FORMS: Final = (
-    Form(("rate",), changes=ChangesWith.TIME),
-    Form(("rate", "curvature"), changes=ChangesWith.TIME),
-    Form(("rate",), ("time_constant",), changes=ChangesWith.TIME),
+    Form(("rate",)),
+    Form(("rate", "curvature")),
+    Form(("rate",), ("time_constant",)),
 )
 """Forms of a drift: even, bent, and towards an end."""
 

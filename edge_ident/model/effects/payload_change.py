@@ -21,7 +21,7 @@ from edge_ident.model.effect import (
     Values,
 )
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
+from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class PayloadChange(Effect):
@@ -88,9 +88,9 @@ EFFECT: Final = PayloadChange(
     ),
     search=SearchSpec(
         forms=(
-            Form(("inertia",), ("time",), changes=ChangesWith.MOMENT),
-            Form(("inertia", "coulomb_friction"), ("time",), changes=ChangesWith.MOMENT),
-            Form(("inertia", "coulomb_friction", "offset"), ("time",), changes=ChangesWith.MOMENT),
+            Form(("inertia",), ("time",)),
+            Form(("inertia", "coulomb_friction"), ("time",)),
+            Form(("inertia", "coulomb_friction", "offset"), ("time",)),
         ),
         signature="coefficients before a moment and after it differ",
         alternatives=("gain_drift", "warm_up", "offset_drift", "disturbance_event"),

@@ -13,7 +13,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion, added, bump, polynomial, wave
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class PositionDependentFriction(Effect):
@@ -76,14 +76,13 @@ EFFECT: Final = PositionDependentFriction(
     ),
     search=SearchSpec(
         forms=(
-            Form(("gradient",), changes=ChangesWith.STROKE),
-            Form(("gradient", "curvature"), several_speeds=True, changes=ChangesWith.STROKE),
-            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(("gradient",)),
+            Form(("gradient", "curvature"), several_speeds=True),
+            Form(("cosine", "sine"), ("period",)),
             Form(
                 ("bump",),
                 ("place", "width"),
                 several_speeds=True,
-                changes=ChangesWith.STROKE,
                 grid=Excitation.places,
             ),
         ),

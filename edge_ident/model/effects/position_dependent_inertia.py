@@ -13,7 +13,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import TURNS_RAD, Array, Motion, added, polynomial, wave
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 # Most waves over the travel, beside those of a turn. What repeats more often is rather an error of
 # the encoder, whose effort also grows with the acceleration and with the speed squared.
@@ -90,15 +90,15 @@ EFFECT: Final = PositionDependentInertia(
     ),
     search=SearchSpec(
         forms=(
-            Form(("slope",), several_speeds=True, changes=ChangesWith.STROKE),
-            Form(("slope", "curvature"), several_speeds=True, changes=ChangesWith.STROKE),
+            Form(("slope",), several_speeds=True),
+            Form(("slope", "curvature"), several_speeds=True),
             *(
                 Form(
                     ("cosine", "sine"), rotary=True, known=(("period", turn),), several_speeds=True
                 )
                 for turn in TURNS_RAD
             ),
-            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE, several_speeds=True),
+            Form(("cosine", "sine"), ("period",), several_speeds=True),
         ),
         signature="along the stroke, grows with the acceleration and with the speed squared",
         alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),

@@ -15,7 +15,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion, added, bump, polynomial, wave
-from edge_ident.model.search import ChangesWith, Excitation, Form, Link, SearchSpec
+from edge_ident.model.search import Excitation, Form, Link, SearchSpec
 
 _TURN_RAD: Final = 2.0 * np.pi
 _MOST_WAVES: Final = 2.0  # most waves over the travel; what repeats more often is called ripple
@@ -111,8 +111,8 @@ EFFECT: Final = PositionDependentLoad(
             Form(("stiffness",)),
             Form(("cosine", "sine"), rotary=True, known=(("period", _TURN_RAD),)),
             Form(("stiffness", "curvature")),
-            Form(("stiffness", "curvature", "cubic"), changes=ChangesWith.STROKE),
-            Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),
+            Form(("stiffness", "curvature", "cubic")),
+            Form(("cosine", "sine"), ("period",)),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True, senses=True, sums=True),
             Form(
                 ("cosine", "sine", "sum_cosine", "sum_sine"),
@@ -123,7 +123,7 @@ EFFECT: Final = PositionDependentLoad(
                 sums=True,
                 known=(("period", _TURN_RAD),),
             ),
-            Form(("bump",), ("place", "width"), changes=ChangesWith.STROKE, grid=Excitation.places),
+            Form(("bump",), ("place", "width"), grid=Excitation.places),
         ),
         signature="differs along the stroke and is the same both ways",
         alternatives=(

@@ -74,6 +74,7 @@ EFFECT: Final = StribeckFriction(
         signature="friction is higher at low speed, the same accelerating and decelerating",
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),
         experiment="long moves at slow speeds, both ways: --motion staircase",
+        curve=("friction", "speed"),
         grid=_grid,
         largest=(Largest(("level",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.05,

@@ -11,7 +11,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion, wave
-from edge_ident.model.search import ChangesWith, Excitation, Form, Largest, SearchSpec, Yardstick
+from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class TorqueRipple(Effect):
@@ -61,7 +61,7 @@ EFFECT: Final = TorqueRipple(
         " with that number is the cause.",
     ),
     search=SearchSpec(
-        forms=(Form(("cosine", "sine"), ("period",), changes=ChangesWith.STROKE),),
+        forms=(Form(("cosine", "sine"), ("period",)),),
         signature="repeats with the position, the same at all speeds and in both directions",
         alternatives=(
             "encoder_eccentricity",

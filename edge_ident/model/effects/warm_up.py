@@ -12,7 +12,7 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
 from edge_ident.model.motion import Array, Motion
-from edge_ident.model.search import ChangesWith, Excitation, Form, SearchSpec
+from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class WarmUp(Effect):
@@ -73,8 +73,8 @@ EFFECT: Final = WarmUp(
     ),
     search=SearchSpec(
         forms=(
-            Form(("excess",), ("time_constant",), changes=ChangesWith.TIME),
-            Form(("excess", "dry_excess"), ("time_constant",), changes=ChangesWith.TIME),
+            Form(("excess",), ("time_constant",)),
+            Form(("excess", "dry_excess"), ("time_constant",)),
         ),
         signature="friction falls from repeat to repeat, and inertia does not",
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
