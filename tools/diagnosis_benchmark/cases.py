@@ -147,8 +147,8 @@ def plan(
     wanted = drives if kind == SINGLE else 10 * drives
     cases = []
     for number in range(-(-wanted // per_batch)):
-        batch = Batch(kind, motion, seed, number, noise=noise)
         rows = min(wanted - number * per_batch, per_batch) * BATCH_DRIVES // per_batch
+        batch = Batch(kind, motion, seed, number, noise=noise, drives=rows)
         for row, hidden in enumerate(batch.hidden[:rows]):
             if set(hidden) <= set(effects) or kind == UNKNOWN_KIND:
                 cases.append(Case(batch, row))
