@@ -9,7 +9,6 @@ extension harms where it leaves more than 1.02 times what the base model leaves.
     python -m tools.real_machines                     the folder in EDGE_IDENT_DATA
     python -m tools.real_machines FOLDER --only emps,lift
     python -m tools.real_machines --pair FIRST SECOND
-    python -m tools.real_machines --stability FILE    which causes stay on disturbed data
     python -m tools.real_machines --read SCORES       the tables of a former run
     python -m tools.real_machines --compare OLD NEW   two of these, case by case; 1 for a loss
 
@@ -30,23 +29,18 @@ from typing import Final
 
 from rich.console import Console
 
-from edge_ident.signals.recording_files import load_recording
 from tools.real_machines.pairs import Pair, pair_of, pairs_in
 from tools.real_machines.scores import Score, scores
-from tools.real_machines.stability import stability
-from tools.real_machines.tables import compare_scores, print_scores, print_stability
+from tools.real_machines.tables import compare_scores, print_scores
 
 # Scores of the last run; git ignores it.
 _OUTPUT: Final = Path(__file__).parents[2] / "runs" / "real_machines" / "scores.jsonl"
 
 
 def main() -> int:
-    """Score the pairs, or disturb a recording, and print the tables; 1 for a loss."""
+    """Score the pairs and print the tables; 1 for a loss."""
     given = _arguments()
     console = Console(width=180, highlight=False)
-    if given.stability:
-        print_stability(stability(load_recording(given.stability)), console)
-        return 0
     if given.read:
         print_scores(_read(given.read), console)
         return 0
@@ -97,12 +91,11 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument("--only", type=lambda text: text.split(","), metavar="A,B")
     parser.add_argument("--pair", type=Path, nargs=2, metavar=("FIRST", "SECOND"))
-    parser.add_argument("--stability", type=Path, metavar="FILE")
     parser.add_argument("--read", type=Path, metavar="SCORES", help="print its tables again")
     parser.add_argument("--compare", type=Path, nargs=2, metavar=("OLD", "NEW"))
     parser.add_argument("--output", type=Path, default=_OUTPUT)
     given = parser.parse_args()
-    if not any((given.folder, given.pair, given.stability, given.read, given.compare)):
+    if not any((given.folder, given.pair, given.read, given.compare)):
         parser.error("name a folder of recordings, or set EDGE_IDENT_DATA")
     return given
 

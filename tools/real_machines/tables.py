@@ -1,6 +1,5 @@
-"""Scores and stability as tables."""
+"""Scores as tables."""
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,7 +8,6 @@ from rich.table import Table
 
 from tools.paired import paired, print_paired
 from tools.real_machines.scores import BETTER, HARMED, Score
-from tools.real_machines.stability import Run
 
 
 def print_scores(scores: Sequence[Score], console: Console) -> None:
@@ -82,20 +80,6 @@ def _ratio(score: Score) -> str:
     if not score.judged:
         return "–"
     return f"{score.ratio:.2f}{' harmed' if score.harmed else ''}"
-
-
-def print_stability(runs: Sequence[Run], console: Console) -> None:
-    """What each copy is said to have, and how often each effect is named in all of them."""
-    table = _table("disturbed copies", "copy", "axis", "verdict", "left", "causes", "suspected")
-    for run in runs:
-        causes = ("; ".join(some) or "–" for some in (run.causes, run.suspected))
-        table.add_row(run.copy, run.axis, run.verdict, f"{run.left:.2%}", *causes)
-    console.print(table)
-    for axis in dict.fromkeys(run.axis for run in runs):
-        of = [run for run in runs if run.axis == axis]
-        named = Counter(cause.partition(" (")[0] for run in of for cause in set(run.causes))
-        stays = ", ".join(f"{name} {count}" for name, count in named.most_common())
-        console.print(f"axis {axis}, causes in {len(of)} copies: {stays or 'none'}")
 
 
 def _table(title: str, *columns: str) -> Table:
