@@ -387,7 +387,7 @@ class Effect:
         defaults = {p.name: p.default for p in self.parameters if p.default is not None}
         return {**defaults, **values}
 
-    @property
+    @cached_property
     def name(self) -> str:
         """The name in model files: that of the class, in words joined by underscores."""
         return _CAPITAL.sub(r"_\1", type(self).__name__).lower()

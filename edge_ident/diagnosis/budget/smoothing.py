@@ -8,10 +8,11 @@ restricted likelihood by the generalized Fellner-Schall update (Wood and Fasiolo
 (2017) 1071). A fit without some samples takes their products off.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice, pairwise
+from itertools import accumulate, islice, pairwise
 from typing import Final, Self
 
 import numpy as np
@@ -125,7 +126,8 @@ class Products:
     def with_signal(self, signal: Array) -> Self:
         """The same columns with another signal (n,)."""
         other = replace(self, signal=signal)
-        other.__dict__.update(gram=self.gram, grams=self.grams)  # they know of no signal
+        # these know of no signal
+        other.__dict__.update(gram=self.gram, grams=self.grams, roughness=self.roughness)
         return other
 
     def held_out_by(self, parts: Sequence[NDArray[np.intp]]) -> Self:
@@ -134,7 +136,12 @@ class Products:
         other.__dict__.update(gram=self.gram, moment=self.moment)
         return other
 
-    @property
+    @cached_property
+    def roughness(self) -> list[float]:
+        """Logarithm of the determinant of each penalty."""
+        return [float(np.linalg.slogdet(penalty)[1]) for penalty in self.penalties]
+
+    @cached_property
     def smallest(self) -> float:
         """Smallest size of a curve."""
         return _SMALLEST * max(float(np.mean(self.signal**2)), _TINY)
@@ -253,7 +260,8 @@ def fitted(products: Products, curves: Sequence[int], start: Fit | None = None) 
             np.sum(np.log(np.diag(root)))
         )
         for k, size in zip(curves, sizes, strict=True):
-            likelihood += 0.5 * float(np.linalg.slogdet(products.penalties[k] / size)[1])
+            order = len(products.penalties[k])
+            likelihood += 0.5 * (products.roughness[k] - order * math.log(size))
         if abs(likelihood - last) < _SETTLED:
             break
         last, freedom = likelihood, 0.0
@@ -262,7 +270,7 @@ def fitted(products: Products, curves: Sequence[int], start: Fit | None = None) 
             used = len(rough) - float(np.sum(rough * covariance[place, place])) / sizes[j]
             used = max(used, 1e-3)
             size = float(found[place] @ rough @ found[place]) / used
-            sizes[j] = float(np.clip(size, products.smallest, _LARGEST))
+            sizes[j] = min(max(size, products.smallest), _LARGEST)
             freedom += used
         noise = max(left / max(n - products.base - freedom, 1.0), products.smallest)
     return Fit(products, tuple(curves), tuple(sizes), noise, found, covariance, likelihood)
@@ -281,7 +289,7 @@ def _penalty(products: Products, curves: Sequence[int], sizes: Sequence[float]) 
 
 def _places(products: Products, curves: Sequence[int]) -> list[slice]:
     """Where the coefficients of some curves are, behind those of the base."""
-    ends = np.cumsum([products.base, *(len(products.penalties[k]) for k in curves)]).tolist()
+    ends = accumulate((len(products.penalties[k]) for k in curves), initial=products.base)
     return [slice(*pair) for pair in pairwise(ends)]
 
 

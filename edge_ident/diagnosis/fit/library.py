@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import groupby
 from typing import Final, Self
 
 import numpy as np
@@ -56,7 +57,8 @@ class Library:
     points : mapping of Candidate to Grid
         Nonlinear parameters at D points of each candidate.
     rows : mapping of Candidate to (D, k, n) array
-        The regressors there, at the valid samples.
+        The regressors there, at the valid samples; candidates with as many linear parameters stand
+        together.
     products : dict
         Products with columns that many models have, by column.
     """
@@ -82,7 +84,8 @@ class Library:
             else grid_rows(data, axis, c, grid)
             for c, grid in points.items()
         }
-        return cls(data, axis, points, rows)
+        together = sorted(rows, key=lambda c: len(c.form.linear))
+        return cls(data, axis, points, {c: rows[c] for c in together})
 
     def _holds(self, data: AxisData, axis: AxisModel, candidate: Candidate, grid: Grid) -> bool:
         """Whether the regressors of a candidate follow from the motion, and neither this nor the
@@ -100,20 +103,30 @@ class Library:
         return iter(self.points)
 
     @cached_property
-    def _grams(self) -> dict[Candidate, Array]:
-        """Scalar products (D, k, k) of the regressors at each point."""
-        return {c: x @ x.transpose(0, 2, 1) for c, x in self.rows.items()}
+    def _groups(self) -> list[tuple[list[Candidate], Array, Array]]:
+        """Candidates with k linear parameters each, for every k; scalar products (D, k, k) of the
+        regressors at all their D points, and the bounds (2, D, k) there."""
+        groups = []
+        for _, alike in groupby(self.rows, key=lambda c: len(c.form.linear)):
+            group = list(alike)
+            grams = [x @ x.transpose(0, 2, 1) for x in map(self.rows.__getitem__, group)]
+            bounds = [np.repeat(bounds_of(c)[:, None], len(self.rows[c]), axis=1) for c in group]
+            groups.append((group, np.concatenate(grams), np.concatenate(bounds, axis=1)))
+        return groups
 
     def fits(self, subspace: "ResidualSubspace") -> dict[Candidate, tuple[Array, Array]]:
         """Errors (D,) and linear parameters (D, k) of every candidate at each of its D points,
         fitted to the residual of a model."""
-        left, found, first = subspace.left, {}, 0
+        found: dict[Candidate, tuple[Array, Array]] = {}
+        left, first = subspace.left, 0
         total, products, known = float(left @ left), self._times(left), self._known(subspace)
-        for candidate, gram in self._grams.items():
+        for group, gram, bounds in self._groups:
             at, shape = slice(first, first + gram[..., 0].size), gram.shape[:2]
             component = Orthogonal.of(gram, known[at].reshape(*shape, -1))
-            bounds = bounds_of(candidate)
-            found[candidate] = component.fit(products[at].reshape(shape), total, *bounds)
+            fits = component.fit(products[at].reshape(shape), total, *bounds)
+            ends = np.cumsum([len(self.rows[c]) for c in group])[:-1]
+            of_each = zip(*(np.split(part, ends) for part in fits), strict=True)
+            found.update(zip(group, of_each, strict=True))
             first = at.stop
         return found
 
