@@ -4,9 +4,9 @@ This is the public API. What is not named in `__all__`, which `__init__.pyi` lis
 free to change. Names load their module when they are first used, so that importing the package is
 fast.
 
-Results are plain data. How one is shown, as text, table or picture, is its view; which function
-makes that of which class is said here, so that results know nothing of the package `report`. This
-module is imported before any other of the package, so no result is there before it is said.
+Results are plain data. How one is shown, as text, table or picture, is its view; which module has
+that of which class is said here, so that results know nothing of the package `report`. This module
+is imported before any other of the package, so no result is there before it is said.
 
 >>> import edge_ident
 >>> recording = edge_ident.simulate()
@@ -15,7 +15,7 @@ module is imported before any other of the package, so no result is there before
 True
 """
 
-from edge_ident.support.lazy import lazy_names, shown_by
+from edge_ident.support.lazy import VIEWS, lazy_names
 from edge_ident.support.version import VERSION
 
 __version__ = VERSION
@@ -23,19 +23,17 @@ __version__ = VERSION
 __getattr__, __all__ = lazy_names(__name__, __path__[0])
 __all__ += ["__version__"]
 
-shown_by(
-    {
-        "edge_ident.report.gains": "GainDesigns=designs_view",
-        "edge_ident.report.identification": "Identification=identification_view",
-        "edge_ident.report.comparison": "Comparison=comparison_view",
-        "edge_ident.report.diagnosis": "Diagnosis=diagnosis_view",
-        "edge_ident.report.error_budget": "ErrorBudget=budget_view",
-        "edge_ident.report.plan": "MotionPlan=plan_view",
-        "edge_ident.report.numbers": "Model=model_view",
-        "edge_ident.report.recordings": "Recording=recording_view",
-        "edge_ident.report.survey": "Survey=survey_view",
-    }
-)
+VIEWS |= {
+    "GainDesigns": "edge_ident.report.gains",
+    "Identification": "edge_ident.report.identification",
+    "Comparison": "edge_ident.report.comparison",
+    "Diagnosis": "edge_ident.report.diagnosis",
+    "ErrorBudget": "edge_ident.report.error_budget",
+    "MotionPlan": "edge_ident.report.plan",
+    "Model": "edge_ident.report.numbers",
+    "Recording": "edge_ident.report.recordings",
+    "Survey": "edge_ident.report.survey",
+}
 
 
 def __dir__() -> list[str]:

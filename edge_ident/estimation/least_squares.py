@@ -14,13 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.model.model import Estimate
+from edge_ident.model.model import Array, Estimate
 from edge_ident.signals import conditioning
 from edge_ident.signals.filters import lowpass
 from edge_ident.signals.metrics import dct2, transformable
-
-Array = NDArray[np.float64]
-
 
 _FEWEST_SAMPLES: Final = 12  # three for each parameter
 # Relative deviation of the encoder noise's power from that predicted for white noise: at constant

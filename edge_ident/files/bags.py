@@ -11,15 +11,11 @@ from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.opening import Counted, needed, reading
-from edge_ident.files.table import Column, Series, Table, merged
+from edge_ident.files.table import Array, Column, Series, Table, merged
 from edge_ident.support import documents
-
-Array = NDArray[np.float64]
-
 
 _JOINT_STATES: Final = "sensor_msgs/msg/JointState"
 _NS_PER_S: Final = 1_000_000_000

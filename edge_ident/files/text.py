@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.dialect import (
@@ -31,12 +30,9 @@ from edge_ident.files.dialect import (
     width_of,
 )
 from edge_ident.files.opening import is_compressed, lines_of, open_bytes, open_text, unreadable
-from edge_ident.files.table import Column, Series, Table, joint_names, make_columns, merged
+from edge_ident.files.table import Array, Column, Series, Table, joint_names, make_columns, merged
 from edge_ident.files.units import known_unit
 from edge_ident.support import documents, words
-
-Array = NDArray[np.float64]
-
 
 # Rows that are converted at once: their objects are gone before the next.
 _CHUNK_ROWS: Final = 100_000

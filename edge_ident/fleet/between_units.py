@@ -25,9 +25,7 @@ from scipy import stats
 from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.fleet import result
 from edge_ident.model.effects import named
-from edge_ident.model.model import NORMAL_95, PARAMETERS
-
-Array = NDArray[np.float64]
+from edge_ident.model.model import NORMAL_95, PARAMETERS, Array
 
 FEWEST_UNITS: Final = 6
 """Units below which nothing is said. With five, one would have to lie twelve deviations away."""

@@ -20,7 +20,7 @@ from edge_ident.model.model import (
     SupportedRange,
     effect_names,
 )
-from edge_ident.model.motion import Timing
+from edge_ident.model.motion import Array, Timing
 from edge_ident.signals.metrics import Metric
 from edge_ident.support.rows import Drawable
 from edge_ident.support.words import listed, spoken
@@ -28,8 +28,6 @@ from edge_ident.support.words import listed, spoken
 if TYPE_CHECKING:
     from edge_ident.diagnosis.error_budget import AgreeingCurve, ErrorBudget
     from edge_ident.diagnosis.result import AxisDiagnosis
-
-Array = NDArray[np.float64]
 
 
 class ParameterSource(StrEnum):

@@ -28,13 +28,9 @@ from functools import cached_property
 from typing import ClassVar, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.model.search import SearchSpec
-
-Array = NDArray[np.float64]
-
 
 # Random strengths of effects, in proportion to the axis that they act on.
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -15,15 +14,6 @@ from edge_ident.report.numbers import unit_text
 from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
-
-
-def comparison_view(comparison: Comparison) -> ResultView:
-    """What is shown of a comparison."""
-    return ResultView(
-        partial(comparison_table, comparison),
-        partial(_parts, comparison),
-        partial(_charts, comparison),
-    )
 
 
 def _parts(comparison: Comparison) -> Iterator[Part]:
@@ -176,3 +166,6 @@ def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
         np.array([end for value, reach in shown for end in (value - reach, value + reach)])
     )
     return scale.low, scale.high
+
+
+VIEW: Final = ResultView(comparison_table, _parts, _charts)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,15 +27,6 @@ TONES: Final[dict[Verdict, Tone]] = {
     Verdict.PARTLY_EXPLAINED: "doubt",
     Verdict.UNEXPLAINED: "bad",
 }
-
-
-def diagnosis_view(diagnosis: Diagnosis) -> ResultView:
-    """What is shown of a diagnosis."""
-    return ResultView(
-        partial(cause_table, diagnosis),
-        partial(diagnosis_parts, diagnosis),
-        partial(_charts, diagnosis),
-    )
 
 
 # The answer: what the model misses, and what to do next; then the parameters.
@@ -333,3 +323,6 @@ def _validation_document(validation: Validation) -> dict[str, Any]:
             for cause in validation.causes
         ],
     }
+
+
+VIEW: Final = ResultView(cause_table, diagnosis_parts, _charts)

@@ -1,8 +1,7 @@
 """What is shown of an error budget: its table, and on a page a bar and the curves."""
 
 from collections.abc import Iterator
-from functools import partial
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
@@ -13,11 +12,6 @@ from edge_ident.report.numbers import digits, sentence, unit_text
 from edge_ident.report.view import Grid, Line, Part, ResultView
 from edge_ident.support.rows import Table, table_of
 from edge_ident.support.words import listed, spoken
-
-
-def budget_view(budget: ErrorBudget) -> ResultView:
-    """What is shown of a budget."""
-    return ResultView(partial(budget_table, budget), partial(budget_parts, budget))
 
 
 def budget_parts(budget: ErrorBudget, title: str = "") -> Iterator[Part]:
@@ -131,3 +125,6 @@ def _chart(key: str, entry: BudgetEntry, curve: BudgetCurve) -> Chart:
         ),
         height=180,
     )
+
+
+VIEW: Final = ResultView(budget_table, budget_parts)

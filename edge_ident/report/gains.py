@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -142,15 +141,6 @@ def _ripples(banks: Sequence[AxisGains], k: int) -> tuple[tuple[float, ...], ...
 
 
 # Designs of all axes of a drive.
-
-
-def designs_view(designs: GainDesigns) -> ResultView:
-    """What is shown of designed gains."""
-    return ResultView(
-        partial(designs_table, designs),
-        partial(designs_parts, designs.axes),
-        partial(_charts, designs),
-    )
 
 
 def designs_parts(designs: Mapping[str, GainDesign]) -> Iterator[Part]:
@@ -467,3 +457,6 @@ def _span(of: Expected) -> str:
 
 def _mrad(value_rad: float) -> str:
     return f"{1e3 * value_rad:.3g}"
+
+
+VIEW: Final = ResultView(designs_table, lambda designs: designs_parts(designs.axes), _charts)

@@ -3,7 +3,6 @@ then tables of its parameters.
 """
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -116,15 +115,6 @@ def model_sentence(axis: result.AxisIdentification) -> str:
 
 
 # All of it: every estimate, why this one is used, and the findings.
-
-
-def identification_view(found: result.Identification) -> ResultView:
-    """What is shown of an identification."""
-    return ResultView(
-        partial(identification_table, found),
-        partial(identification_parts, found),
-        partial(_charts, found),
-    )
 
 
 def identification_parts(
@@ -253,3 +243,6 @@ def identification_table(found: result.Identification) -> Table:
                     yield name, *row, certain, axis.trusted
 
     return table_of(("axis", *numbers.TERM_ROW, "known", "trusted"), rows())
+
+
+VIEW: Final = ResultView(identification_table, identification_parts, _charts)

@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from types import MappingProxyType
 from typing import Final
 
@@ -199,7 +198,4 @@ def model_table(model: Model) -> Table:
     return table_of(("axis", *TERM_ROW), rows)
 
 
-def model_view(model: Model) -> ResultView:
-    """The parameters of a model."""
-    table = partial(model_table, model)
-    return ResultView(table, lambda: [grid_of(table(), "model")])
+VIEW: Final = ResultView(model_table, lambda model: [grid_of(model_table(model), "model")])

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, astuple, fields
-from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from edge_ident.drive.motions import motion_document
 from edge_ident.experiment.result import AxisUse, MotionPlan, PlannedPair, Why, inseparable_sentence
@@ -74,12 +73,8 @@ def plan_next_step(plan: MotionPlan) -> str:
     return "allow the drive more in its description (--drive), or a longer motion (--seconds)"
 
 
-def plan_view(plan: MotionPlan) -> ResultView:
-    """What is to be separated, the motion of each axis, and what it asks of the drive."""
-    return ResultView(partial(plan_table, plan), partial(_parts, plan))
-
-
 def _parts(plan: MotionPlan) -> Iterator[Part]:
+    """What is to be separated, the motion of each axis, and what it asks of the drive."""
     yield Line(conclusion(plan), tone="strong")
     if plan.pairs:
         yield _pairs_table(plan)
@@ -176,3 +171,6 @@ def plan_table(plan: MotionPlan) -> Table:
 
 def _cell(value: object) -> Cell:
     return value if value is None or isinstance(value, bool | float) else str(value)
+
+
+VIEW: Final = ResultView(plan_table, _parts)

@@ -1,22 +1,18 @@
 """What a file holds, column by column, and a recording: a row for each axis, a small picture."""
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.report.view import ResultView, grid_of
+from edge_ident.report.view import Grid, ResultView, grid_of
 from edge_ident.signals.contract_columns import EFFORTS, parse_name
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import Array, Recording
 from edge_ident.signals.recording_files import Inspection
 from edge_ident.signals.scale_checks import check_scales
 from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.rows import Cell, Table, table_of
-
-Array = NDArray[np.float64]
 
 _BLOCKS: Final = "▁▂▃▄▅▆▇█"
 _WIDTH: Final = 60
@@ -173,7 +169,8 @@ def _ends(position: np.ndarray) -> tuple[float, float]:
     return float(np.min(position)), float(np.max(position))
 
 
-def recording_view(recording: Recording) -> ResultView:
-    """What a recording holds."""
-    table = partial(recording_table, recording)
-    return ResultView(table, lambda: [grid_of(table(), length_in_words(recording))])
+def _parts(recording: Recording) -> list[Grid]:
+    return [grid_of(recording_table(recording), length_in_words(recording))]
+
+
+VIEW: Final = ResultView(recording_table, _parts)

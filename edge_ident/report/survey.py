@@ -4,7 +4,6 @@ import csv
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
-from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -242,11 +241,6 @@ def _defused(cell: Cell) -> Cell:
     return f"'{text}" if text.lstrip().startswith(_FORMULA) else text
 
 
-def survey_view(survey: Survey) -> ResultView:
-    """What stands out, one table, and the recordings without a result."""
-    return ResultView(partial(survey_table, survey), partial(_parts, survey))
-
-
 def survey_lines(survey: Survey, most: int) -> list[str]:
     """The same where nobody scrolls: what stands out, what is not trusted, what failed.
 
@@ -279,6 +273,7 @@ def survey_lines(survey: Survey, most: int) -> list[str]:
 
 
 def _parts(survey: Survey) -> Iterator[Part]:
+    """What stands out, one table, and the recordings without a result."""
     yield Line(conclusion(survey), tone="strong")
     for one in survey.standing_out:
         yield Line(f"  {one.unit}: {difference_words(one)}")
@@ -399,3 +394,6 @@ def _axis_cells(axis: SurveyedAxis) -> dict[str, Cell]:
 
 def _joined(parts: Iterable[str]) -> str:
     return "; ".join(parts)
+
+
+VIEW: Final = ResultView(survey_table, _parts)

@@ -7,7 +7,7 @@ templates of a page, and as Markdown; charts as SVG by themselves, and by
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from edge_ident.support.rows import Cell
 from edge_ident.support.rows import Table as Columns
@@ -88,35 +88,31 @@ class Answer:
 
 @dataclass(frozen=True)
 class ResultView:
-    """What is to be shown of a result, made when it is asked for.
+    """What is to be shown of a kind of result.
 
     Attributes
     ----------
-    columns : callable
-        Gives the table that a data frame takes.
+    table : callable
+        Makes of a result the table that a data frame takes.
     parts : callable
-        Gives what is printed, one below the other.
+        What is printed, one below the other.
     charts : callable
-        Gives rows of charts.
+        Rows of charts.
     """
 
-    columns: Callable[[], Columns]
-    parts: Callable[[], Iterable[Part]]
-    charts: "Callable[[], Sequence[Sequence[Chart]]]" = tuple
+    table: Callable[[Any], Columns]
+    parts: Callable[[Any], Iterable[Part]]
+    charts: "Callable[[Any], Sequence[Sequence[Chart]]]" = lambda result: ()
 
-    def table(self) -> Columns:
-        """For a data frame."""
-        return self.columns()
-
-    def shown(self) -> Answer:
+    def shown(self, result: Any) -> Answer:
         """For a terminal and a notebook."""
-        return Answer(tuple(self.parts()))
+        return Answer(tuple(self.parts(result)))
 
-    def figure(self) -> "Figure":
+    def figure(self, result: Any) -> "Figure":
         """Pictures."""
         from edge_ident.report.render import drawn
 
-        return drawn(self.charts())
+        return drawn(self.charts(result))
 
 
 _DIGITS: Final = 4

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model.model import regressor, regressor_rows
-from edge_ident.signals.filters import differentiate, lowpass, parts_of
+from edge_ident.signals.filters import Mask, differentiate, lowpass, parts_of
 from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Sampling
 from edge_ident.signals.time_stamps import EvenGrid, clipped
@@ -315,7 +315,6 @@ def unit_length(regressor: Array) -> tuple[Array, Array]:
 
 # Samples that tell nothing of a motion: standstills, and what a filter mixes with unknown ones.
 
-Mask = NDArray[np.bool_]
 
 _DECAY_PERIODS: Final = 1.5  # Cut-off periods after which 3 % of the filter's response are left
 # Range of the position, in standard deviations of its noise, up to which the axis stands.

@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.table import Column, Series, Table, merged, without_repetition
 from edge_ident.files.units import known_unit
 from edge_ident.signals.conditioning import Array, condition, encoder_count, unit_length
 from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
-from edge_ident.signals.filters import lowpass
+from edge_ident.signals.filters import Mask, lowpass
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.read_columns import is_time
 from edge_ident.signals.time_stamps import EvenGrid, interpolated
@@ -26,7 +25,6 @@ from edge_ident.support.words import listed
 # are sent apart, or where a cell is empty. All of these are the same: each column has stamps of its
 # own.
 
-Mask = NDArray[np.bool_]
 
 # Share of the rows of the densest column that all others are in, from which they have one clock,
 # and what is missing is missing.

@@ -6,13 +6,12 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.signals.filters import LONG, parts_of
+from edge_ident.signals.filters import LONG, Mask, parts_of
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.recording import Array, AxisRecord, Recording
 
 # Samples of a recording that say nothing: read before a pause and stamped after it, or clipped.
 
-Mask = NDArray[np.bool_]
 
 _PAUSE: Final = 2.0  # sampling periods from one stamp to the next, from which a recorder paused
 # Share of pauses from which the sampling is uneven by nature, and no recorder paused.

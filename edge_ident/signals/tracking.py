@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.signals.conditioning import at_rest, count_and_noise
+from edge_ident.signals.filters import Mask
 from edge_ident.signals.metrics import quantile, rms
 from edge_ident.signals.recording import Array, Recording
 from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.words import listed
-
-Mask = NDArray[np.bool_]
 
 OFF: Final = "off_reference"
 # Way of the reference, in noises or counts of the encoder, after which a standstill shows.

@@ -6,21 +6,17 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import MotionName, named_trajectory
 from edge_ident.errors import DataError
 from edge_ident.signals.conditioning import choose_cutoff
 from edge_ident.signals.filters import differentiate
-from edge_ident.signals.recording import Recording
+from edge_ident.signals.recording import Array, Recording
 from edge_ident.signals.time_stamps import EvenGrid
 from firmware_interface.control_law import NOTHING, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Reference, Trajectory, reference
-
-Array = NDArray[np.float64]
-
 
 # The references that simulated drives follow: a named motion, or that of a recording.
 

@@ -22,15 +22,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from edge_ident.control.position_loop import LoopHardware, law_response
+from edge_ident.control.position_loop import Complex, LoopHardware, law_response
 from edge_ident.signals.filters import Array, fast_length
 from firmware_interface.control_law import NOTHING, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Reference
-
-Complex = NDArray[np.complex128]
 
 _REPETITIONS: Final = 12
 _FOLLOWING: Final = 3  # repetitions where a loop changed little

@@ -6,7 +6,7 @@ who wants neither.
 So do the views of results: a result is plain data, and does not know what shows it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 
 TYPE_CHECKING = False  # loading typing takes longer than all that a script's start needs
@@ -71,24 +71,12 @@ def lazy_modules(package: str, *further: str) -> "Callable[[str], Any]":
     return attribute
 
 
-_VIEWS: "dict[str, str]" = {}
-
-
-def shown_by(homes: "Mapping[str, str]") -> None:
-    """Say which function makes the view of each class of results.
-
-    Parameters
-    ----------
-    homes : mapping of module to functions
-        Each as Class=function; they are separated by spaces.
-    """
-    for module, functions in homes.items():
-        for name, _, function in (pair.partition("=") for pair in functions.split()):
-            _VIEWS[name] = f"{module}.{function}"
+VIEWS: "dict[str, str]" = {}
+"""By the name of a class of results, the module that has its view as `VIEW`."""
 
 
 def view_of(result: "Any") -> "Any":
-    """The view of a result; its module is loaded for the first one.
+    """The view of a kind of result; its module is loaded for the first one.
 
     Raises
     ------
@@ -96,7 +84,6 @@ def view_of(result: "Any") -> "Any":
         No view is known of its class.
     """
     for kind in type(result).__mro__:
-        if kind.__name__ in _VIEWS:
-            module, _, function = _VIEWS[kind.__name__].rpartition(".")
-            return getattr(import_module(module), function)(result)
+        if kind.__name__ in VIEWS:
+            return import_module(VIEWS[kind.__name__]).VIEW
     raise LookupError(f"no view of {type(result).__name__}")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from io import StringIO
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from edge_ident.support.lazy import view_of
 
@@ -28,24 +28,11 @@ _WIDTH = 100  # characters of a line of text; tables are as wide as they need
 _HTML = '<pre style="white-space:pre;line-height:normal">{code}</pre>'
 
 
-class View(Protocol):
-    """What is to be shown of a result."""
-
-    def table(self) -> Table:
-        """For a data frame."""
-
-    def shown(self) -> "RenderableType":
-        """For a terminal and a notebook."""
-
-    def figure(self) -> "Figure":
-        """Pictures."""
-
-
 class Readable:
     """A result that reads as text, as HTML and as a table.
 
-    It is plain data: what is shown of it is its view, for which the public API names a function
-    (`edge_ident.support.lazy.shown_by`). rich is loaded when something is shown, and not before.
+    It is plain data: what is shown of it is its view (`edge_ident.report.view.ResultView`), whose
+    module the public API names. rich is loaded when something is shown, and not before.
     """
 
     def table(self) -> Table:
@@ -56,11 +43,13 @@ class Readable:
         mapping of column name to list
             What a data frame takes.
         """
-        return _view(self).table()
+        made: Table = view_of(self).table(self)
+        return made
 
     def __rich__(self) -> "RenderableType":
         """The result as rich shows it."""
-        return _view(self).shown()
+        made: RenderableType = view_of(self).shown(self)
+        return made
 
     def __str__(self) -> str:
         lines = self._printed().export_text().splitlines()
@@ -91,9 +80,5 @@ class Drawable(Readable):
         DataError
             matplotlib is not installed.
         """
-        return _view(self).figure()
-
-
-def _view(result: Readable) -> View:
-    made: View = view_of(result)
-    return made
+        made: Figure = view_of(self).figure(self)
+        return made

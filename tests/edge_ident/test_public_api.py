@@ -15,6 +15,7 @@ import pytest
 
 import edge_ident
 from edge_ident import commissioning, report
+from edge_ident.report.view import ResultView
 from edge_ident.simulation import simulate as simulation
 from edge_ident.support import lazy, rows
 
@@ -162,10 +163,9 @@ def test_every_result_has_its_view(found: edge_ident.Identification) -> None:
         of for name in edge_ident.__all__ if isinstance(of := getattr(edge_ident, name), type)
     ]
     results = {of.__name__ for of in classes if issubclass(of, rows.Readable)}
-    assert results == set(lazy._VIEWS)
-    for home in lazy._VIEWS.values():
-        module, _, name = home.rpartition(".")
-        assert callable(getattr(importlib.import_module(module), name)), home
+    assert results == set(lazy.VIEWS)
+    for home in lazy.VIEWS.values():
+        assert isinstance(importlib.import_module(home).VIEW, ResultView), home
     for result in (found, found.model, edge_ident.simulate()):
         again = pickle.loads(pickle.dumps(result))
         assert str(again) == str(result)

@@ -50,8 +50,7 @@ EFFECT: Final = ActuatorSaturation(
         size="the effort ends at {limit}",
         part="motor and amplifier: their limit of current or torque",
         action="Compare that limit with the largest command. Accelerate less, or raise the limit "
-        "if "
-        "motor and amplifier allow it.",
+        "if motor and amplifier allow it.",
     ),
     search=SearchSpec(
         forms=(Form((), ("limit",)),),

@@ -110,9 +110,8 @@ EFFECT: Final = NoncollocatedCompliance(
         in_words="the motor winds up a spring before the load, and with it the encoder, follows",
         part="belt, screw, coupling or gear between the motor and the encoder of the load",
         action="Close the speed loop on the motor's own encoder where there is one, and the "
-        "position "
-        "loop well below the resonance. Check the clamps of the coupling and the tension of "
-        "the belt.",
+        "position loop well below the resonance. Check the clamps of the coupling and the tension "
+        "of the belt.",
     ),
     search=SearchSpec(
         forms=(Form(("lag_per_acceleration",)),),

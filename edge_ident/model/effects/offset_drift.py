@@ -75,9 +75,8 @@ EFFECT: Final = OffsetDrift(
     advice=Advice(
         in_words="the constant force changes slowly with time",
         part="amplifier or force sensor as it warms, or a weight balance that loses pressure",
-        action="Let the electronics warm up, set their zero, and record again. Check the "
-        "pressure of"
-        " the weight balance.",
+        action="Let the electronics warm up, set their zero, and record again. Check the pressure "
+        "of the weight balance.",
     ),
     search=SearchSpec(
         forms=FORMS,

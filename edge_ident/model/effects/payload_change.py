@@ -83,8 +83,7 @@ EFFECT: Final = PayloadChange(
         in_words="the axis carries more or less from one moment on",
         part="workpiece, tool or gripper",
         action="Look up in the log of the machine what was picked up or put down then. Record "
-        "before"
-        " and after apart.",
+        "before and after apart.",
     ),
     search=SearchSpec(
         forms=(

@@ -71,8 +71,7 @@ EFFECT: Final = PoseDependentInertia(
         in_words="how far the machine reaches out changes how hard it is to turn",
         part="the links that an upright joint carries",
         action="Turn the first joint with the arm stretched out and with the arm folded, and "
-        "compare "
-        "the efforts.",
+        "compare the efforts.",
     ),
     search=SearchSpec(
         forms=tuple(

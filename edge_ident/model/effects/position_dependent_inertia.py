@@ -84,9 +84,8 @@ EFFECT: Final = PositionDependentInertia(
     advice=Advice(
         in_words="how much is moved depends on where the axis stands",
         part="crank, linkage, reel, or what the axis swings out",
-        action="No fault where the mechanism is built so: keep it in the model. Otherwise look "
-        "for a "
-        "load that slides or comes loose.",
+        action="No fault where the mechanism is built so: keep it in the model. Otherwise look for "
+        "a load that slides or comes loose.",
     ),
     search=SearchSpec(
         forms=(

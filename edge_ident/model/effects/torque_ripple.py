@@ -57,8 +57,7 @@ EFFECT: Final = TorqueRipple(
         in_words="a force repeats with the position",
         part="motor magnets (cogging), gear teeth, a coupling or a bent screw",
         action="Compare the number of repetitions per turn with pole pairs, teeth and lead. The "
-        "part"
-        " with that number is the cause.",
+        "part with that number is the cause.",
     ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),

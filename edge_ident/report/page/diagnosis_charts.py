@@ -10,13 +10,20 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.measures import Traces
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.model.effects import named
-from edge_ident.report.chart import PER_BIN, Chart, Layer, Scale, across, around, means, reach
+from edge_ident.report.chart import (
+    PER_BIN,
+    Array,
+    Chart,
+    Layer,
+    Scale,
+    across,
+    around,
+    means,
+    reach,
+)
 from edge_ident.report.numbers import digits, effort_word, unit_text
 from edge_ident.signals.metrics import quantile
 from edge_ident.support.words import spoken
-
-Array = NDArray[np.float64]
-
 
 # Charts over time: measured and modelled effort, and what the models miss.
 

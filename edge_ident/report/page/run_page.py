@@ -409,8 +409,7 @@ def notices(outcome: Outcome) -> list[str]:
         return [f"{not_worth(change)} Nothing was written; the board has the gains that it had."]
     found = [
         f"The motion does not confirm what was found on axis {axis}: "
-        f"{listed(map(spoken, effects))}. "
-        "Do not adjust the machine on its word."
+        f"{listed(map(spoken, effects))}. Do not adjust the machine on its word."
         for axis, effects in change.contradicted.items()
     ]
     if change.verification is not None and not change.confirmed:
