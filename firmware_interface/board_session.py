@@ -17,20 +17,8 @@ from collections.abc import Callable, Container
 from contextlib import suppress
 from typing import Final
 
-from firmware_interface.board_checks import CLOCK_RANGE, STOPPED, BoardLine, check_effect, refusal
+from firmware_interface import board_checks, codec, errors
 from firmware_interface.board_types import BoardStatus
-from firmware_interface.codec import decode_integer, encode
-from firmware_interface.errors import (
-    BoardError,
-    BusyError,
-    EdgeIdentError,
-    LinkError,
-    NoReplyError,
-    OvertakenError,
-    RestartedError,
-    StoppedError,
-    ValueRefusedError,
-)
 from firmware_interface.link import Link
 from firmware_interface.registers import REGISTERS, SESSION_LEASE_S, Opcode, Result, State
 
@@ -54,7 +42,7 @@ USED: Final = "another host has used the board while this one was silent"
 _SHORTEST_TIMEOUT_S: Final = REGISTERS["watchdog.timeout"].minimum or 0.0
 
 
-class Hold(BoardLine):
+class Hold(board_checks.BoardLine):
     """A host's hold of a board.
 
     Parameters
@@ -94,7 +82,7 @@ class Hold(BoardLine):
         while True:
             try:
                 return super().read(address, count)
-            except NoReplyError:
+            except errors.NoReplyError:
                 if self.line is None or not self.holds:
                     raise
 
@@ -128,7 +116,7 @@ class Hold(BoardLine):
                 since_s = time.monotonic()
             renewed = status.session_remaining_s > left_s
             if renewed or time.monotonic() - since_s > STALL_S:
-                raise BusyError(
+                raise errors.BusyError(
                     f"another host controls the board (it is {status.state.name})",
                     "wait until that host is finished, or stop it with edge-ident stop",
                 )
@@ -156,19 +144,19 @@ class Hold(BoardLine):
 
     def _silent_s(self) -> float:
         """Time since the key was written, by this host's clock or the board's."""
-        samples = (self._clock - self._beat_clock) % CLOCK_RANGE
+        samples = (self._clock - self._beat_clock) % board_checks.CLOCK_RANGE
         return max(time.monotonic() - self._held_at_s, samples * self._period_s)
 
     def _holder(self) -> int:
         """The key that holds the board."""
         register = REGISTERS["session.key"]
-        return decode_integer(register.name, self.read(register.address, register.words))
+        return codec.decode_integer(register.name, self.read(register.address, register.words))
 
-    def _ended(self) -> StoppedError:
+    def _ended(self) -> errors.StoppedError:
         """Say that another host commanded the board, which is remembered."""
-        self._stopped = self._stopped or (USED if self._may_have_run_out else STOPPED)
+        self._stopped = self._stopped or (USED if self._may_have_run_out else board_checks.STOPPED)
         self._told = True
-        return StoppedError(self._stopped)
+        return errors.StoppedError(self._stopped)
 
     def release(self) -> None:
         """Let go of the board; while it moves, the hold runs out by itself afterwards.
@@ -182,8 +170,10 @@ class Hold(BoardLine):
             self._change_key()
             self._stopped, self._told = "", False
         if held:
-            with suppress(BusyError, NoReplyError):
-                self.write(REGISTERS["session.release"].address, encode("session.release", key))
+            with suppress(errors.BusyError, errors.NoReplyError):
+                self.write(
+                    REGISTERS["session.release"].address, codec.encode("session.release", key)
+                )
 
     def beat_every(self, watchdog_timeout_s: float) -> None:
         """Set the pace of heartbeats."""
@@ -203,15 +193,15 @@ class Hold(BoardLine):
             What stands between host and board refuses.
         """
         for _ in range(_TRIES):
-            with suppress(NoReplyError):
+            with suppress(errors.NoReplyError):
                 try:
                     self._say()
-                except BusyError:
+                except errors.BusyError:
                     self._held = False
                     if self._claimed and self._holder() != self._key:
                         raise self._ended() from None
                     raise
-                except ValueRefusedError:  # the board has fewer pages: of another motion?
+                except errors.ValueRefusedError:  # the board has fewer pages: of another motion?
                     self.status()
                     if self._stopped:
                         raise self._ended() from None
@@ -223,21 +213,21 @@ class Hold(BoardLine):
 
         What is wrong, this host finds out by what it asks: none goes out where it holds no more.
         """
-        with self._lock, suppress(EdgeIdentError):
+        with self._lock, suppress(errors.EdgeIdentError):
             if not self.holds or self._silent_s() < self.beat_every_s:
                 return
             try:
                 self._say()
-            except BusyError:
+            except errors.BusyError:
                 self._held = False
-            except RestartedError as error:
+            except errors.RestartedError as error:
                 self._unsaid = error
 
     def _say(self) -> None:
         """Write key and pages in hand, once."""
         with self._lock:
-            words = encode("session.key", self._key)
-            words += encode("capture.pages_acknowledged", self.pages_in_hand)
+            words = codec.encode("session.key", self._key)
+            words += codec.encode("capture.pages_acknowledged", self.pages_in_hand)
             self.write(REGISTERS["session.key"].address, words)
             self._note_hold()
 
@@ -251,18 +241,18 @@ class Hold(BoardLine):
         register = REGISTERS["session.key"]
         for _ in range(_TRIES):
             try:
-                self.write(register.address, encode(register.name, self._key))
-            except BusyError:
+                self.write(register.address, codec.encode(register.name, self._key))
+            except errors.BusyError:
                 self._held = False
                 return False
-            except NoReplyError:
+            except errors.NoReplyError:
                 words = self.read(register.address, register.words)
-                if decode_integer(register.name, words) != self._key:
+                if codec.decode_integer(register.name, words) != self._key:
                     self._change_key()  # this one may still come
                     continue
             self._note_hold()
             return True
-        raise LinkError(
+        raise errors.LinkError(
             "the board did not take this host's key: nothing was carried out",
             "check the cable, then try again",
         )
@@ -276,12 +266,12 @@ class Hold(BoardLine):
             self._held = self._claimed = False
         release, holder = REGISTERS["session.release"], REGISTERS["session.key"]
         try:
-            with suppress(BusyError, NoReplyError):
-                self.write(release.address, encode(release.name, old))
+            with suppress(errors.BusyError, errors.NoReplyError):
+                self.write(release.address, codec.encode(release.name, old))
             words = self.read(holder.address, holder.words)
-        except LinkError:
+        except errors.LinkError:
             return False
-        return decode_integer(holder.name, words) != old
+        return codec.decode_integer(holder.name, words) != old
 
     def _change_key(self) -> None:
         self._former_keys.add(self._key)
@@ -367,7 +357,7 @@ class Session(Hold):
             if status.last_result is Result.NOT_HELD and not self._may_have_run_out:
                 self._own_tokens.add(status.last_token)
             else:
-                self._stopped = USED if self._may_have_run_out else STOPPED
+                self._stopped = USED if self._may_have_run_out else board_checks.STOPPED
         return status
 
     def wait_for(self, states: set[State], what: str) -> BoardStatus:
@@ -375,7 +365,7 @@ class Session(Hold):
         deadline = time.monotonic() + REST_TIMEOUT_S
         while (status := self.status()).state not in states:
             if time.monotonic() > deadline:
-                raise BoardError(
+                raise errors.BoardError(
                     f"the board is still {status.state.name} after {REST_TIMEOUT_S:g} s: "
                     f"it did not {what}",
                     "look at the machine; use the wired emergency stop if it moves",
@@ -416,14 +406,14 @@ class Session(Hold):
                 if self._stopped and not self._told and opcode not in _NEEDS_NO_HOLD:
                     raise self._ended()
                 if status.last_result is Result.DONE:
-                    check_effect(opcode, status)
+                    board_checks.check_effect(opcode, status)
                 return status
             if status.last_result is Result.NOT_HELD:
                 self._hold_again(opcode, status)
             elif status.last_result is not Result.NOT_AT_REST:
-                raise refusal(opcode, status)
+                raise board_checks.refusal(opcode, status)
             if time.monotonic() > deadline:
-                raise refusal(opcode, status)
+                raise board_checks.refusal(opcode, status)
             time.sleep(POLL_S)
 
     def _prepare(self, opcode: Opcode) -> None:
@@ -435,7 +425,7 @@ class Session(Hold):
             try:
                 self.status()
                 self.hold()
-            except StoppedError:
+            except errors.StoppedError:
                 self._told = told  # that is for the end
                 self._begin_anew()
             return
@@ -460,13 +450,13 @@ class Session(Hold):
         elif opcode in _TIDIES_UP and self._stopped:
             self._begin_anew()
         elif opcode in _ENDS_WHAT_BEGAN:
-            raise refusal(opcode, refused)
+            raise board_checks.refusal(opcode, refused)
         else:
             self.claim()
 
     def _begin_anew(self) -> None:
         """Hold the board as a new host, which was not stopped, to tidy up; no more than that."""
-        stopped, self._stopped, self._claimed = self._stopped or STOPPED, "", False
+        stopped, self._stopped, self._claimed = self._stopped or board_checks.STOPPED, "", False
         if not self._held:
             self._change_key()
         try:
@@ -487,31 +477,31 @@ class Session(Hold):
         before, self._token = self._token_seen, self._token % 0xFFFF + 1
         if self._own_tokens:
             self._own_tokens.add(self._token)
-        words = encode("command.opcode", opcode) + encode("command.token", self._token)
-        words += encode("command.argument", argument) + encode("command.key", self._key)
-        lost: EdgeIdentError = LinkError(
+        words = codec.encode("command.opcode", opcode) + codec.encode("command.token", self._token)
+        words += codec.encode("command.argument", argument) + codec.encode("command.key", self._key)
+        lost: errors.EdgeIdentError = errors.LinkError(
             f"{opcode.name} did not reach the board: nothing was carried out",
             "check the cable, then try again",
         )
         try:
             self.write(REGISTERS["command.opcode"].address, words)
-        except NoReplyError:
+        except errors.NoReplyError:
             pass  # the token tells whether it arrived
-        except RestartedError:
+        except errors.RestartedError:
             raise
-        except BoardError as refused:
+        except errors.BoardError as refused:
             lost = refused
         try:
             status = self._poll(
                 lambda status: status.last_token == self._token, COMMAND_TIMEOUT_S, lost
             )
-        except EdgeIdentError as error:
+        except errors.EdgeIdentError as error:
             let_go = opcode in _LATE_DOES_NOTHING or self._disown()
             if error is lost and self._token_seen != before:
-                raise OvertakenError(opcode.name) from error
+                raise errors.OvertakenError(opcode.name) from error
             if error is not lost or let_go:
                 raise
-            raise LinkError(
+            raise errors.LinkError(
                 f"{opcode.name} did not reach the board so far, and may still do so",
                 f"wait {SESSION_LEASE_S:g} s, then see with edge-ident doctor whether the effort "
                 "is on",
@@ -520,7 +510,7 @@ class Session(Hold):
 
     def _settled(self, opcode: Opcode, status: BoardStatus) -> BoardStatus:
         """Wait while a command is being carried out, as long as that makes progress."""
-        stalled = BoardError(
+        stalled = errors.BoardError(
             f"{opcode.name} does not finish: the board has stopped working on it",
             "switch the board off and on; if it comes back, have the board checked",
         )
@@ -534,7 +524,7 @@ class Session(Hold):
                 stalled,
             )
         if status.last_token != self._token:
-            raise OvertakenError(opcode.name)
+            raise errors.OvertakenError(opcode.name)
         return status
 
     def _poll(

@@ -8,20 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_interface.codec import RawPage, addresses, decode_integer, read_spans
-from firmware_interface.errors import ChangedWordError, LinkError
+from firmware_interface import codec, errors, registers
 from firmware_interface.gains import GAIN_FIELDS, AxisGains, bank_spans, decode_gains
 from firmware_interface.received import nonsense, received, received_integer
-from firmware_interface.registers import (
-    AXES,
-    MAGIC,
-    MAP_CRC,
-    MAP_VERSION,
-    REGISTERS,
-    Fault,
-    Result,
-    State,
-)
 
 Array = NDArray[np.float64]
 
@@ -54,7 +43,7 @@ class BoardIdentity:
     control_delay_s: float
     counts_per_turn: int
     effort_per_count_nm: float
-    map_version: int = MAP_VERSION
+    map_version: int = registers.MAP_VERSION
 
     @property
     def gain_fields(self) -> tuple[str, ...]:
@@ -98,13 +87,13 @@ class BoardStatus:
         Since the last start.
     """
 
-    state: State
-    fault: Fault
+    state: registers.State
+    fault: registers.Fault
     fault_sample: int
     sto_active: bool
     sto_latched: bool
     last_token: int
-    last_result: Result
+    last_result: registers.Result
     staged_crc_ok: bool
     unconfirmed: bool
     confirm_remaining_s: float
@@ -130,7 +119,7 @@ class BoardStatus:
     @property
     def at_rest(self) -> bool:
         """The axes stand, and no motion is armed or under way."""
-        return self.state in (State.IDLE, State.FAULT)
+        return self.state in (registers.State.IDLE, registers.State.FAULT)
 
 
 @dataclass(frozen=True)
@@ -176,14 +165,14 @@ class CapturePage:
     following_error_rad: Array
 
 
-_STATUS_BASE = REGISTERS["status.state"].address
-_STATUS_LAST = REGISTERS[f"measured.{AXES[-1]}.speed"]
+_STATUS_BASE = registers.REGISTERS["status.state"].address
+_STATUS_LAST = registers.REGISTERS[f"measured.{registers.AXES[-1]}.speed"]
 _STATUS_WORDS = _STATUS_LAST.address + _STATUS_LAST.words - _STATUS_BASE
-_SWITCHES = tuple(f"{axis}{side}" for axis in AXES for side in "-+")
-_IDENTITY_BASE = REGISTERS["identity.magic"].address
-NONCE_WORDS = REGISTERS["identity.nonce"].address + 2 - _IDENTITY_BASE
+_SWITCHES = tuple(f"{axis}{side}" for axis in registers.AXES for side in "-+")
+_IDENTITY_BASE = registers.REGISTERS["identity.magic"].address
+NONCE_WORDS = registers.REGISTERS["identity.nonce"].address + 2 - _IDENTITY_BASE
 """From the identity's first word to the end of the nonce."""
-_IDENTITY_WORDS = REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
+_IDENTITY_WORDS = registers.REGISTERS["identity.effort_per_count"].address + 2 - _IDENTITY_BASE
 
 
 def twice(read: ReadWords) -> ReadWords:
@@ -193,7 +182,7 @@ def twice(read: ReadWords) -> ReadWords:
     def compared(address: int, count: int) -> list[int]:
         words = read(address, count)
         if read(address, count) != words:
-            raise ChangedWordError(
+            raise errors.ChangedWordError(
                 "what the board says of itself differs from one reading to the next"
             )
         return words
@@ -224,8 +213,8 @@ def read_identity(read: ReadWords) -> BoardIdentity:
 def read_nonce(read: ReadWords) -> int:
     """The number that the board drew at power-up; one transfer that says whose it is."""
     words = read(_IDENTITY_BASE, NONCE_WORDS)
-    if decode_integer("identity.magic", words) != MAGIC:
-        raise LinkError(
+    if codec.decode_integer("identity.magic", words) != registers.MAGIC:
+        raise errors.LinkError(
             "the reply to the request for the board's identity is not from a board",
             "check the cable, make sure that no other host or device is connected, then try again",
         )
@@ -243,13 +232,13 @@ def read_status(read: ReadWords) -> BoardStatus:
         return received(name, words, _STATUS_BASE)
 
     return BoardStatus(
-        state=State(integer("status.state")),
-        fault=Fault(integer("status.fault_code")),
+        state=registers.State(integer("status.state")),
+        fault=registers.Fault(integer("status.fault_code")),
         fault_sample=integer("status.fault_sample"),
         sto_active=bool(integer("status.sto_active")),
         sto_latched=bool(integer("status.sto_latched")),
         last_token=integer("status.last_token"),
-        last_result=Result(integer("status.last_result")),
+        last_result=registers.Result(integer("status.last_result")),
         staged_crc_ok=bool(integer("status.staged_crc_ok")),
         unconfirmed=bool(integer("status.unconfirmed")),
         confirm_remaining_s=number("status.confirm_remaining"),
@@ -259,13 +248,13 @@ def read_status(read: ReadWords) -> BoardStatus:
         overflows=integer("capture.overflows"),
         enabled=bool(integer("status.enabled")),
         brake_released=bool(integer("status.brake_released")),
-        homed=_named_bits(integer("status.homed"), AXES),
+        homed=_named_bits(integer("status.homed"), registers.AXES),
         limit_switches=_named_bits(integer("status.limit_switches"), _SWITCHES),
         samples_to_check=integer("status.samples_to_check"),
         stores=integer("status.stores"),
         session_remaining_s=number("session.remaining"),
-        position_rad={axis: number(f"measured.{axis}.position") for axis in AXES},
-        speed_rad_s={axis: number(f"measured.{axis}.speed") for axis in AXES},
+        position_rad={axis: number(f"measured.{axis}.position") for axis in registers.AXES},
+        speed_rad_s={axis: number(f"measured.{axis}.speed") for axis in registers.AXES},
     )
 
 
@@ -274,21 +263,23 @@ def _named_bits(bits: int, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for n, name in enumerate(names) if bits >> n & 1)
 
 
-def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisLimits:
+def read_limits(read: ReadWords, axis: str, version: int = registers.MAP_VERSION) -> AxisLimits:
     """Limits of an axis, from a board of this version of the map."""
-    first, last = (REGISTERS[f"limits.{axis}.{name}"] for name in ("travel", "acceleration"))
+    first, last = (
+        registers.REGISTERS[f"limits.{axis}.{name}"] for name in ("travel", "acceleration")
+    )
     base, maxima = first.address, bank_spans("gain_maximum", version, (axis,))
     own = (base, last.address + last.words - base)
-    found = read_spans(read, [own, *maxima])
-    words = [found[address] for address in addresses([own])]
-    bank = decode_gains([found[address] for address in addresses(maxima)], version, (axis,))
+    found = codec.read_spans(read, [own, *maxima])
+    words = [found[address] for address in codec.addresses([own])]
+    bank = decode_gains([found[address] for address in codec.addresses(maxima)], version, (axis,))
 
     def value(name: str) -> float:
         return received(f"limits.{axis}.{name}", words, base)
 
     def later(name: str) -> float:
         """Of a register that boards of older maps do not have."""
-        register = REGISTERS[name]
+        register = registers.REGISTERS[name]
         if register.since > version:
             return 0.0
         return received(name, read(register.address, register.words))
@@ -307,7 +298,7 @@ def read_limits(read: ReadWords, axis: str, version: int = MAP_VERSION) -> AxisL
     )
 
 
-def page_in_si(page: RawPage, identity: BoardIdentity) -> CapturePage:
+def page_in_si(page: codec.RawPage, identity: BoardIdentity) -> CapturePage:
     """Counts to rad and N*m."""
     rad_per_count = identity.encoder_resolution_rad
     return CapturePage(
@@ -339,6 +330,6 @@ MAP_CRCS: Final[Mapping[int, int]] = {
     3: 0x58329FE3,
     4: 0x0A052151,
     5: 0x70F6F3EB,
-    MAP_VERSION: MAP_CRC,
+    registers.MAP_VERSION: registers.MAP_CRC,
 }
 """CRC-32 of each map, by its version."""

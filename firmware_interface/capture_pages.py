@@ -9,26 +9,16 @@ from itertools import pairwise
 from statistics import median
 from typing import Final, Self
 
+from firmware_interface import board_session, codec, errors, registers
 from firmware_interface.board_checks import MotionWatch, check_capture
-from firmware_interface.board_session import POLL_S, Session
 from firmware_interface.board_types import BoardIdentity, CapturePage, page_in_si
-from firmware_interface.codec import decode_page
-from firmware_interface.errors import LinkError
-from firmware_interface.registers import (
-    PAGE_ADDRESS,
-    PAGE_SAMPLES,
-    PAGE_SLOT_REGISTERS,
-    PAGE_SLOTS,
-    PAGE_WORDS,
-    State,
-)
 
 _PAGE_TRIES: Final = 3
 _TIMED_PAGES: Final = 9
 
 
 def fetch_pages(
-    session: Session, identity: BoardIdentity, motion_samples: int
+    session: board_session.Session, identity: BoardIdentity, motion_samples: int
 ) -> Iterator[CapturePage]:
     """Give the pages of the motion just started, as they come, to the last.
 
@@ -50,7 +40,7 @@ def fetch_pages(
         for index in range(fetched, status.pages_written):
             try:
                 page = read_page(session, identity, index)
-            except LinkError:
+            except errors.LinkError:
                 check_capture(session.status())  # says so where the board had to overwrite it
                 raise
             yield page
@@ -59,13 +49,13 @@ def fetch_pages(
                 session.beat()
             else:
                 session.keep()
-        if status.state is not State.MOVING:
+        if status.state is not registers.State.MOVING:
             return
         if not came:  # while pages were read, more may have come
-            time.sleep(POLL_S)
+            time.sleep(board_session.POLL_S)
 
 
-def page_s(session: Session) -> float:
+def page_s(session: board_session.Session) -> float:
     """Time that the line takes for a page, as measured now; 0 where time waits for the host.
 
     The median: what a busy computer holds up at times waits in the board's ring.
@@ -74,12 +64,12 @@ def page_s(session: Session) -> float:
         return 0.0
     times_s = [time.monotonic()]
     for _ in range(_TIMED_PAGES):
-        session.read(PAGE_ADDRESS, PAGE_WORDS)
+        session.read(registers.PAGE_ADDRESS, registers.PAGE_WORDS)
         times_s.append(time.monotonic())
     return median(after - before for before, after in pairwise(times_s))
 
 
-def read_page(session: Session, identity: BoardIdentity, index: int) -> CapturePage:
+def read_page(session: board_session.Session, identity: BoardIdentity, index: int) -> CapturePage:
     """Read one page that the board still has.
 
     Raises
@@ -87,13 +77,13 @@ def read_page(session: Session, identity: BoardIdentity, index: int) -> CaptureP
     LinkError
         It fails its CRC or was overwritten.
     """
-    address = PAGE_ADDRESS + index % PAGE_SLOTS * PAGE_SLOT_REGISTERS
+    address = registers.PAGE_ADDRESS + index % registers.PAGE_SLOTS * registers.PAGE_SLOT_REGISTERS
     for _ in range(_PAGE_TRIES):
         with suppress(ValueError):
-            page = decode_page(session.read(address, PAGE_WORDS))
-            if page.index == index and page.first_sample == index * PAGE_SAMPLES:
+            page = codec.decode_page(session.read(address, registers.PAGE_WORDS))
+            if page.index == index and page.first_sample == index * registers.PAGE_SAMPLES:
                 return page_in_si(page, identity)
-    raise LinkError(
+    raise errors.LinkError(
         f"capture page {index} is lost: its CRC is wrong or it was overwritten",
         "use a faster link or a less busy host, then repeat the motion",
     )
@@ -109,7 +99,7 @@ def read_page(session: Session, identity: BoardIdentity, index: int) -> CaptureP
 
 PAGES_PER_ACKNOWLEDGE: Final = 16
 # Pages that surely wait without being overwritten.
-_ROOM: Final = PAGE_SLOTS - PAGES_PER_ACKNOWLEDGE
+_ROOM: Final = registers.PAGE_SLOTS - PAGES_PER_ACKNOWLEDGE
 
 
 @dataclass(frozen=True)
@@ -133,7 +123,11 @@ class CapturePace:
     @classmethod
     def of(cls, samples: int, sample_period_s: float, fetched_s: float) -> Self:
         """Of so many samples."""
-        return cls(math.ceil(samples / PAGE_SAMPLES), PAGE_SAMPLES * sample_period_s, fetched_s)
+        return cls(
+            math.ceil(samples / registers.PAGE_SAMPLES),
+            registers.PAGE_SAMPLES * sample_period_s,
+            fetched_s,
+        )
 
     @property
     def keeps_up(self) -> bool:

@@ -15,17 +15,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from firmware_interface.codec import (
-    WRITTEN_WORDS,
-    Span,
-    addresses,
-    bytes_to_words,
-    crc32,
-    encode,
-    transfers,
-    words_to_bytes,
-)
-from firmware_interface.registers import AXES, MAP_VERSION, REGISTERS
+from firmware_interface import codec, registers
 
 RIPPLES: Final = 4
 """Entries of the ripple table."""
@@ -297,33 +287,33 @@ _FIRST: Final = {3: "proportional", 4: "friction_top_speed"}
 _WORDS: Final = {
     version: sum(
         register.words
-        for register in REGISTERS.values()
-        if register.name.startswith(f"active.{AXES[0]}.") and register.since == version
+        for register in registers.REGISTERS.values()
+        if register.name.startswith(f"active.{registers.AXES[0]}.") and register.since == version
     )
     for version in _FIRST
 }
 
 
-def encode_gains(gains: Mapping[str, AxisGains], version: int = MAP_VERSION) -> list[int]:
+def encode_gains(gains: Mapping[str, AxisGains], version: int = registers.MAP_VERSION) -> list[int]:
     """Words of the axes in a gain bank of this version of the map, without CRC."""
     left = {axis: list(bank.numbers().values()) for axis, bank in gains.items()}
     words = []
     for count in _counts(version):
-        for axis in (axis for axis in AXES if axis in gains):
-            words += bytes_to_words(struct.pack(f">{count}f", *left[axis][:count]))
+        for axis in (axis for axis in registers.AXES if axis in gains):
+            words += codec.bytes_to_words(struct.pack(f">{count}f", *left[axis][:count]))
             del left[axis][:count]
     return words
 
 
 def decode_gains(
-    words: Sequence[int], version: int = MAP_VERSION, axes: Sequence[str] = AXES
+    words: Sequence[int], version: int = registers.MAP_VERSION, axes: Sequence[str] = registers.AXES
 ) -> dict[str, AxisGains]:
     """Gains of the axes from a bank's words; numbers that its map does not have are off."""
     numbers: dict[str, list[float]] = {axis: [] for axis in axes}
     first = 0
     for count in _counts(version):
         for axis in axes:
-            packed = words_to_bytes(words[first : first + 2 * count])
+            packed = codec.words_to_bytes(words[first : first + 2 * count])
             numbers[axis] += struct.unpack(f">{count}f", packed)
             first += 2 * count
     return {axis: AxisGains.of_numbers(numbers[axis]) for axis in axes}
@@ -334,7 +324,9 @@ def _counts(version: int) -> list[int]:
     return [words // 2 for since, words in _WORDS.items() if since <= version]
 
 
-def bank_spans(group: str, version: int = MAP_VERSION, axes: Sequence[str] = AXES) -> list[Span]:
+def bank_spans(
+    group: str, version: int = registers.MAP_VERSION, axes: Sequence[str] = registers.AXES
+) -> list[codec.Span]:
     """Where the words of a bank stand, in their order.
 
     Parameters
@@ -345,27 +337,30 @@ def bank_spans(group: str, version: int = MAP_VERSION, axes: Sequence[str] = AXE
     axes : sequence of str
     """
     return [
-        (REGISTERS[f"{group}.{axis}.{_FIRST[since]}"].address, words)
+        (registers.REGISTERS[f"{group}.{axis}.{_FIRST[since]}"].address, words)
         for since, words in _WORDS.items()
         if since <= version
         for axis in axes
     ]
 
 
-def span_of(name: str) -> Span:
+def span_of(name: str) -> codec.Span:
     """Where a register stands."""
-    return REGISTERS[name].address, REGISTERS[name].words
+    return registers.REGISTERS[name].address, registers.REGISTERS[name].words
 
 
 def staged_writes(
-    gains: Mapping[str, AxisGains], version: int = MAP_VERSION
+    gains: Mapping[str, AxisGains], version: int = registers.MAP_VERSION
 ) -> tuple[list[tuple[int, list[int]]], int]:
     """The writes, as (address, words), that stage gains, and their CRC, which goes out last."""
     bank, crc = encode_gains(gains, version), span_of("shadow.crc")
     spans = bank_spans("shadow", version)
-    words = dict(zip(addresses(spans), bank, strict=True))
-    words |= zip(addresses([crc]), encode("shadow.crc", crc32(bank)), strict=True)
+    words = dict(zip(codec.addresses(spans), bank, strict=True))
+    words |= zip(codec.addresses([crc]), codec.encode("shadow.crc", codec.crc32(bank)), strict=True)
     parts = sorted(
-        transfers([*spans, crc], WRITTEN_WORDS), key=lambda part: part[0] <= crc[0] < sum(part)
+        codec.transfers([*spans, crc], codec.WRITTEN_WORDS),
+        key=lambda part: part[0] <= crc[0] < sum(part),
     )
-    return [(first, [words[a] for a in addresses([(first, n)])]) for first, n in parts], crc32(bank)
+    return [
+        (first, [words[a] for a in codec.addresses([(first, n)])]) for first, n in parts
+    ], codec.crc32(bank)

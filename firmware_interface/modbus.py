@@ -19,17 +19,7 @@ from pymodbus.pdu.register_message import (
     WriteMultipleRegistersResponse,
 )
 
-from firmware_interface.board_types import NONCE_WORDS
-from firmware_interface.codec import decode_integer
-from firmware_interface.errors import (
-    BoardError,
-    BusyError,
-    LinkError,
-    NoReplyError,
-    RestartedError,
-    ValueRefusedError,
-)
-from firmware_interface.registers import MAGIC, PAGE_ADDRESS, REGISTERS
+from firmware_interface import board_types, codec, errors, registers
 
 # pymodbus's client of a serial line, made prompt, and deaf to the line's echo.
 
@@ -167,8 +157,8 @@ class Heard:
 # command is read back, also where a reply refuses it, which a gateway may have made.
 
 DEVICE_ID: Final = 1
-_NONCE: Final = REGISTERS["identity.nonce"]
-_IDENTITY: Final = (REGISTERS["identity.magic"].address, NONCE_WORDS)
+_NONCE: Final = registers.REGISTERS["identity.nonce"]
+_IDENTITY: Final = (registers.REGISTERS["identity.magic"].address, board_types.NONCE_WORDS)
 _TRIES: Final = 3
 # Exceptions of a gateway that has no way to the board, or no answer of it.
 _BY_GATEWAY: Final = (10, 11)
@@ -186,7 +176,7 @@ _TCP_ADVICE: Final = (
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 
-class _LateReplyError(NoReplyError):
+class _LateReplyError(errors.NoReplyError):
     """The reply to an earlier request came: the line is alive, and late."""
 
 
@@ -238,22 +228,24 @@ class ModbusLink:
         """Address and count of reads whose reply may still come, and when they were given up."""
         try:
             self._identity = self._first_identity()
-        except (NoReplyError, BoardError) as error:
+        except (errors.NoReplyError, errors.BoardError) as error:
             client.close()  # type: ignore[no-untyped-call]
             if self.damaged_replies:
                 advice = error.next_step
             advice += f"; replies that take more than {silence_s:g} s need a faster gateway"
             why = error.cause.removeprefix(f"{name}: ")
-            raise LinkError(f"{name} is open, but no board answers: {why}", advice) from error
+            raise errors.LinkError(
+                f"{name} is open, but no board answers: {why}", advice
+            ) from error
 
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers; repeated when no reply comes, or a refusal."""
         for _ in range(_TRIES - 1):
             try:
                 return self._read_clean(address, count)
-            except RestartedError:
+            except errors.RestartedError:
                 raise
-            except (NoReplyError, BoardError):
+            except (errors.NoReplyError, errors.BoardError):
                 continue
         return self._read_clean(address, count)
 
@@ -280,7 +272,7 @@ class ModbusLink:
     def _first_identity(self) -> list[int]:
         """Whatever it is: who has another magic number is told apart by what it is asked next."""
         for _ in range(_TRIES - 1):
-            with suppress(NoReplyError):
+            with suppress(errors.NoReplyError):
                 words = self._read_once(*_IDENTITY)
                 if _is_identity(words):
                     return words
@@ -289,13 +281,13 @@ class ModbusLink:
 
     def _read_clean(self, address: int, count: int) -> list[int]:
         self._clean()
-        if address >= PAGE_ADDRESS:
+        if address >= registers.PAGE_ADDRESS:
             return self._read_once(address, count)
         if self._last_read[0] != address:
             self._read_between(count)
         words = self._read_once(address, count)
-        if address == _IDENTITY[0] and count >= NONCE_WORDS and _is_identity(words):
-            self._identity = words[:NONCE_WORDS]  # whoever asks for it judges it
+        if address == _IDENTITY[0] and count >= board_types.NONCE_WORDS and _is_identity(words):
+            self._identity = words[: board_types.NONCE_WORDS]  # whoever asks for it judges it
         for _ in range(self._perhaps_late(address, count)):
             self._read_between(count)
             if self._read_once(address, count) != words:
@@ -323,7 +315,7 @@ class ModbusLink:
             # input registers' reply is a subclass
             if type(reply) is not ReadHoldingRegistersResponse or len(reply.registers) != count:
                 raise self._late_reply()
-        except NoReplyError:
+        except errors.NoReplyError:
             self._unanswered.append((address, count, time.monotonic()))
             raise
         self._last_read = (address, count)
@@ -339,27 +331,27 @@ class ModbusLink:
             cause = f"no reply within {self._silence_s:g} s"
             if (missed := self._heard.missed()) is not None:
                 what, advice = missed
-                raise NoReplyError(f"{self._name}: {cause}, but {what}", advice) from error
+                raise errors.NoReplyError(f"{self._name}: {cause}, but {what}", advice) from error
             raise self._no_reply(cause) from error
         self._dirty = False
         if isinstance(reply, ExceptionResponse):
             raise self._refused(reply.exception_code)
         return reply
 
-    def _refused(self, code: int) -> BoardError | NoReplyError:
+    def _refused(self, code: int) -> errors.BoardError | errors.NoReplyError:
         if code in _BY_GATEWAY:
             self._dirty = True  # the board's own reply may still come
             return self._no_reply(f"a gateway has no answer of the board (Modbus exception {code})")
         cause = f"{self._name} refuses the request (Modbus exception {code})"
         if code == ExcCodes.DEVICE_BUSY:
-            return BusyError(
+            return errors.BusyError(
                 f"{cause}: another host controls the board, or it has no time",
                 "wait until it is free and at rest, or stop it with edge-ident stop",
             )
         if code > ExcCodes.ILLEGAL_VALUE:
             cause += ": acknowledged, still busy" if code == ExcCodes.ACKNOWLEDGE else ": it failed"
-            return BoardError(cause, "look at board and gateway, then try again")
-        kind = ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else BoardError
+            return errors.BoardError(cause, "look at board and gateway, then try again")
+        kind = errors.ValueRefusedError if code == ExcCodes.ILLEGAL_VALUE else errors.BoardError
         return kind(cause, "install the same release on board and host")
 
     def _clean(self) -> None:
@@ -382,10 +374,10 @@ class ModbusLink:
                 return
             if _is_identity(words):
                 self._identity = words
-                raise RestartedError(decode_integer(_NONCE.name, words, _IDENTITY[0]))
+                raise errors.RestartedError(codec.decode_integer(_NONCE.name, words, _IDENTITY[0]))
             others += 1
         self._dirty = True
-        raise LinkError(
+        raise errors.LinkError(
             f"{self._name} is no longer the same board",
             "make sure that no other host or device is connected, then connect again",
         )
@@ -403,13 +395,13 @@ class ModbusLink:
             with suppress(OSError):  # hung up: the next request opens the port anew
                 self._client.socket.read(self._client.socket.in_waiting)
 
-    def _late_reply(self) -> NoReplyError:
+    def _late_reply(self) -> errors.NoReplyError:
         self._dirty = True
         cause = f"{self._name}: the reply belongs to another request"
         return _LateReplyError(cause, "check the cable and what loads this computer")
 
-    def _no_reply(self, cause: str) -> NoReplyError:
-        return NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
+    def _no_reply(self, cause: str) -> errors.NoReplyError:
+        return errors.NoReplyError(f"{self._name}: {cause}", "check cable and power of the board")
 
 
 def _nothing() -> None:
@@ -417,7 +409,7 @@ def _nothing() -> None:
 
 
 def _is_identity(words: list[int]) -> bool:
-    return decode_integer("identity.magic", words) == MAGIC
+    return codec.decode_integer("identity.magic", words) == registers.MAGIC
 
 
 def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
@@ -433,7 +425,7 @@ def open_serial(url: str, baud_rate: int, timeout_s: float) -> ModbusLink:
     except (OSError, ValueError, OverflowError) as error:  # the last: no such baud rate
         code = getattr(error, "errno", None)
         why = os.strerror(code) if code else error  # pySerial's text repeats number and name
-        raise LinkError(f"{url} cannot be opened: {why}", _serial_advice(code)) from error
+        raise errors.LinkError(f"{url} cannot be opened: {why}", _serial_advice(code)) from error
     return ModbusLink(client, url, timeout_s, heard=heard)
 
 
@@ -457,9 +449,11 @@ def open_tcp(host: str, port: int, timeout_s: float) -> ModbusLink:
     try:
         connected = client.connect()  # type: ignore[no-untyped-call]
     except UnicodeError as error:
-        raise LinkError(f"{host!r} is no name of a host", "write it as tcp://HOST:PORT") from error
+        raise errors.LinkError(
+            f"{host!r} is no name of a host", "write it as tcp://HOST:PORT"
+        ) from error
     if not connected:
-        raise LinkError(
+        raise errors.LinkError(
             f"{name} refuses the connection or cannot be reached",
             "check address and port, and that the board (or `edge-ident board`) is running",
         )

@@ -15,10 +15,8 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from firmware_interface.codec import bytes_to_words, words_to_bytes
-from firmware_interface.errors import BoardError, BusyError, NoReplyError, ValueRefusedError
+from firmware_interface import codec, errors, registers
 from firmware_interface.link import Link
-from firmware_interface.registers import REGISTERS
 
 DEVICE_ID: Final = 1
 BOARD_UNITS: Final = frozenset({0, DEVICE_ID, 255})
@@ -38,21 +36,21 @@ _LONGEST_FRAME: Final = 256
 _CRC_BYTES: Final = 2
 _HEADER: Final = struct.Struct(">HHHB")
 _LONGEST_BODY: Final = 254  # unit identifier and PDU
-_HOLDER: Final = REGISTERS["session.key"]
-_KEYS: Final = (_HOLDER, REGISTERS["command.key"])  # where a host writes its key
+_HOLDER: Final = registers.REGISTERS["session.key"]
+_KEYS: Final = (_HOLDER, registers.REGISTERS["command.key"])  # where a host writes its key
 
 
 def answer(link: Link, request: bytes) -> bytes:
     """Carry out a request, function code and data; gives the reply's; empty where none comes."""
     try:
         return _carried_out(link, request)
-    except NoReplyError:
+    except errors.NoReplyError:
         return b""
-    except ValueRefusedError:
+    except errors.ValueRefusedError:
         return refusal(request, _ILLEGAL_VALUE)
-    except BusyError:
+    except errors.BusyError:
         return refusal(request, _BUSY)
-    except BoardError:
+    except errors.BoardError:
         return refusal(request, _ILLEGAL_ADDRESS)
 
 
@@ -76,11 +74,11 @@ def _carried_out(link: Link, request: bytes) -> bytes:
     if code == _READ:
         if not 1 <= count <= _READ_LIMIT:
             return refusal(request, _ILLEGAL_VALUE)
-        data = words_to_bytes(link.read(address, count))
+        data = codec.words_to_bytes(link.read(address, count))
         return bytes([code, len(data)]) + data
     if not 1 <= count <= _WRITE_LIMIT or size != 6 + 2 * count or request[5] != 2 * count:
         return refusal(request, _ILLEGAL_VALUE)
-    link.write(address, bytes_to_words(request[6:]))
+    link.write(address, codec.bytes_to_words(request[6:]))
     return request[:5]
 
 
@@ -294,6 +292,6 @@ def _key_written(request: bytes, reply: bytes) -> list[int]:
     """Words of a host's key, where this request wrote one and was carried out; else none."""
     if request[0] != _WRITE or reply[0] != _WRITE:
         return []
-    address, words = int.from_bytes(request[1:3], "big"), bytes_to_words(request[6:])
+    address, words = int.from_bytes(request[1:3], "big"), codec.bytes_to_words(request[6:])
     starts = [register.address - address for register in _KEYS]
     return next((words[n : n + 2] for n in starts if 0 <= n <= len(words) - 2), [])

@@ -3,9 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from firmware_interface import registers
-from firmware_interface.codec import decode_array
-from firmware_interface.errors import BoardError
+from firmware_interface import codec, errors, registers
 from firmware_interface.register import Register
 
 
@@ -27,7 +25,7 @@ def received(name: str, words: Sequence[int], base: int | None = None) -> float:
         No such value may stand there.
     """
     register = registers.REGISTERS[name]
-    (value,) = decode_array(name, words, base)
+    (value,) = codec.decode_array(name, words, base)
     if not valid_value(register, value):
         raise nonsense(name, value)
     return value
@@ -38,9 +36,9 @@ def received_integer(name: str, words: Sequence[int], base: int | None = None) -
     return int(received(name, words, base))
 
 
-def nonsense(name: str, value: float) -> BoardError:
+def nonsense(name: str, value: float) -> errors.BoardError:
     """The error of a value that may not stand in a register."""
-    return BoardError(
+    return errors.BoardError(
         f"the board sends {value:g} as {name}, which is impossible",
         "install the same release on board and host; if they are, have the board checked",
     )

@@ -7,15 +7,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from firmware_interface.plant.drives import (
-    SAMPLE_S,
-    Array,
-    Chain,
-    Drives,
-    Value,
-    clip,
-    sign,
-)
+from firmware_interface.plant.drives import SAMPLE_S, Array, Chain, Drives, Value, clip, sign
 from firmware_interface.plant.effect import Effect
 
 DELAY: Final = 0.2

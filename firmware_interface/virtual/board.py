@@ -4,15 +4,12 @@ import time
 from dataclasses import replace
 from typing import Final, Protocol
 
-from firmware_interface.codec import decode_integer
-from firmware_interface.errors import BoardError, BusyError, ValueRefusedError
+from firmware_interface import codec, errors
 from firmware_interface.plant.feed_drive import feed_drive
 from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import REGISTERS, Fault, State
-from firmware_interface.virtual.commands import Commands, fill, publish
-from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
+from firmware_interface.virtual import commands, drive, register_file
 from firmware_interface.virtual.machine import Inputs, Machine
-from firmware_interface.virtual.register_file import FREE, Identifier, RegisterFile
 from firmware_interface.virtual.settings import BoardSettings
 
 # How board time passes: with the wall clock, or as fast as requests come.
@@ -73,7 +70,7 @@ class WallClock:
 
     def _catch_up(self, machine: Machine, share_s: float) -> None:
         passed_s, began_s = self.now_s(), time.monotonic()
-        self._due += (passed_s - self._passed_s) * self._speed / SAMPLE_PERIOD_S
+        self._due += (passed_s - self._passed_s) * self._speed / drive.SAMPLE_PERIOD_S
         self._passed_s, self._seen_s = passed_s, began_s
         while self._due >= 1.0 and time.monotonic() - began_s < share_s:
             self._due -= 1.0
@@ -94,7 +91,7 @@ class RequestClock:
 
     def now_s(self) -> float:
         """Board time."""
-        return self._samples * SAMPLE_PERIOD_S
+        return self._samples * drive.SAMPLE_PERIOD_S
 
     def advance(self, machine: Machine, status_read: bool) -> None:
         """Let the stretch pass."""
@@ -146,7 +143,7 @@ class VirtualBoard:
         settings: BoardSettings | None = None,
         clock: Clock | None = None,
         plant: Plant | None = None,
-        identifier: Identifier | None = None,
+        identifier: register_file.Identifier | None = None,
     ) -> None:
         self._clock = clock or RequestClock()
         self._identifier = identifier
@@ -157,7 +154,7 @@ class VirtualBoard:
     def read(self, address: int, count: int) -> list[int]:
         """Words of consecutive registers."""
         self._clock.advance(self.machine, address <= _STATE < address + count)
-        publish(self._registers, self.machine, self._commands)
+        commands.publish(self._registers, self.machine, self._commands)
         if address <= _IDENTIFIED < address + count:
             self.machine.identification.asked()
         return self._registers.host_read(address, count)
@@ -165,16 +162,16 @@ class VirtualBoard:
     def write(self, address: int, words: list[int]) -> None:
         """Write consecutive registers: all of them take effect, or none."""
         self._clock.advance(self.machine, False)
-        publish(self._registers, self.machine, self._commands)
+        commands.publish(self._registers, self.machine, self._commands)
         command = address < _COMMAND + _COMMAND_WORDS and address + len(words) > _COMMAND
         if command and (address != _COMMAND or len(words) != _COMMAND_WORDS):
-            raise BoardError(
+            raise errors.BoardError(
                 "a command has no token, argument or key",
                 "write opcode, token, argument and key in one write",
             )
         self._registers.check_write(address, words)
         written = {
-            name: decode_integer(name, words, address)
+            name: codec.decode_integer(name, words, address)
             for name in (_RELEASE, _KEY, _ACKNOWLEDGED, *_WATCHDOG)
             if address <= REGISTERS[name].address < address + len(words)
         }
@@ -186,7 +183,7 @@ class VirtualBoard:
         if command:
             self._commands.command(
                 *(
-                    decode_integer(f"command.{name}", words, address)
+                    codec.decode_integer(f"command.{name}", words, address)
                     for name in ("opcode", "token", "argument", "key")
                 )
             )
@@ -207,22 +204,22 @@ class VirtualBoard:
 
     def _power_up(self, settings: BoardSettings, plant: Plant) -> None:
         self._settings = settings
-        self._registers = RegisterFile(settings.map_version)
-        fill(self._registers, settings)
+        self._registers = register_file.RegisterFile(settings.map_version)
+        commands.fill(self._registers, settings)
         self.machine = Machine(
             self._registers, settings, self._clock.now_s, plant, self.inputs, self._identifier
         )
-        self._commands = Commands(self.machine, self._registers, settings)
+        self._commands = commands.Commands(self.machine, self._registers, settings)
 
     # ---- registers that do something
 
     def _check_value(self, written: dict[str, int]) -> None:
         """Make sure that the values make sense."""
-        if written.get(_KEY) == FREE:
-            raise ValueRefusedError("the session key 0 is refused", "choose another number")
+        if written.get(_KEY) == register_file.FREE:
+            raise errors.ValueRefusedError("the session key 0 is refused", "choose another number")
         pages = self.machine.capture.pages_written
         if written.get(_ACKNOWLEDGED, 0) > pages:
-            raise ValueRefusedError(
+            raise errors.ValueRefusedError(
                 f"{written[_ACKNOWLEDGED]} pages acknowledged of {pages} written",
                 "install the same release on board and host",
             )
@@ -232,26 +229,26 @@ class VirtualBoard:
         session = self.machine.session
         heartbeat = _ACKNOWLEDGED in written
         if _KEY in written and not session.may_claim(written[_KEY], heartbeat=heartbeat):
-            raise BusyError(
+            raise errors.BusyError(
                 f"another host controls the board, for {session.remaining_s:.1f} s more, or has "
                 "stopped this one",
                 "wait until it is finished, or stop it with edge-ident stop",
             )
-        leaves = written.get(_RELEASE, FREE) == session.key != FREE
+        leaves = written.get(_RELEASE, register_file.FREE) == session.key != register_file.FREE
         if leaves and self.machine.busy:
-            raise BusyError(
+            raise errors.BusyError(
                 "an axis moves: the controlling host cannot change", "stop the motion first"
             )
         # from ARM on: the host reads what it must keep up with before START
         guarded = self.machine.in_motion or self.machine.state in (State.CHECKING, State.ARMED)
         if guarded and any(name in written for name in _WATCHDOG):
-            raise BusyError(
+            raise errors.BusyError(
                 "the watchdog cannot be changed during a motion", "stop the motion first"
             )
 
     def _take(self, written: dict[str, int]) -> None:
         session = self.machine.session
-        if written.get(_RELEASE, FREE) == session.key != FREE:
+        if written.get(_RELEASE, register_file.FREE) == session.key != register_file.FREE:
             session.release()
         if _KEY in written:
             if self.machine.state is State.ARMED and session.key != written[_KEY]:

@@ -4,9 +4,7 @@ import secrets
 from collections import deque
 from typing import Final
 
-from firmware_interface.codec import crc32
-from firmware_interface.control_law import feedback_stable
-from firmware_interface.gains import Bank, bank_spans, encode_gains
+from firmware_interface import codec, control_law, gains
 from firmware_interface.plant.feed_drive import COUNTS_PER_TURN
 from firmware_interface.registers import (
     AXES,
@@ -19,15 +17,10 @@ from firmware_interface.registers import (
     State,
     WatchdogAction,
 )
+from firmware_interface.virtual import setpoints
 from firmware_interface.virtual.drive import CONTROL_DELAY_S, EFFORT_PER_COUNT_NM, SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
 from firmware_interface.virtual.register_file import FREE, RegisterFile
-from firmware_interface.virtual.setpoints import (
-    TRAJECTORY_ADDRESS,
-    TRAJECTORY_WORDS,
-    TrajectoryCheck,
-    read_trajectory,
-)
 from firmware_interface.virtual.settings import BoardSettings
 
 _TOKENS_REMEMBERED: Final = 64
@@ -155,12 +148,12 @@ class Commands:
             return Result.NOT_ENABLED
         if machine.moving:
             return Result.NOT_AT_REST
-        words = self._registers.words(TRAJECTORY_ADDRESS, TRAJECTORY_WORDS)
+        words = self._registers.words(setpoints.TRAJECTORY_ADDRESS, setpoints.TRAJECTORY_WORDS)
         # the CRC is the host's word for what it wrote, in however many pieces
-        trajectory = read_trajectory(words) if crc32(words) == crc else None
+        trajectory = setpoints.read_trajectory(words) if codec.crc32(words) == crc else None
         if trajectory is None:
             return Result.BAD_TRAJECTORY
-        machine.check = TrajectoryCheck(
+        machine.check = setpoints.TrajectoryCheck(
             trajectory,
             machine.rest_rad,
             self._settings.limits,
@@ -225,13 +218,13 @@ class Commands:
         machine.handover.offer(staged)
         return Result.PENDING
 
-    def _staged(self, crc: int) -> Bank | Result:
+    def _staged(self, crc: int) -> gains.Bank | Result:
         """The bank that the host means, where its feedback is stable."""
         staged = self._machine.banks.staged(crc)
         if isinstance(staged, Result):
             return staged
         for axis, limits in self._settings.limits.items():
-            if limits.inertia > 0.0 and not feedback_stable(
+            if limits.inertia > 0.0 and not control_law.feedback_stable(
                 staged[axis],
                 limits.inertia,
                 limits.viscous_friction,
@@ -307,8 +300,8 @@ def _fill_limits(registers: RegisterFile, axis: str, settings: BoardSettings) ->
     registers.put(f"stated.{axis}.viscous_friction", limits.viscous_friction)
     version = settings.map_version
     registers.put_spans(
-        bank_spans("gain_maximum", version, (axis,)),
-        encode_gains({axis: limits.gain_maximum}, version),
+        gains.bank_spans("gain_maximum", version, (axis,)),
+        gains.encode_gains({axis: limits.gain_maximum}, version),
     )
 
 

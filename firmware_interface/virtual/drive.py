@@ -5,19 +5,17 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
-from firmware_interface.board_types import AxisLimits
-from firmware_interface.control_law import Memory
+from firmware_interface import board_types, control_law
 from firmware_interface.gains import AxisGains
-from firmware_interface.plant.drives import SAMPLE_S
-from firmware_interface.plant.feed_drive import COUNTS_PER_TURN, FEED_DRIVE
+from firmware_interface.plant import drives, feed_drive
 from firmware_interface.plant.plant import DELAY, Plant
 from firmware_interface.virtual.controller import AxisController, Setpoint, Transfer, transfer
 
-SAMPLE_PERIOD_S: Final = SAMPLE_S
+SAMPLE_PERIOD_S: Final = drives.SAMPLE_S
 CONTROL_DELAY_S: Final = DELAY * SAMPLE_PERIOD_S
 EFFORT_PER_COUNT_NM: Final = 0.004
 """Torque at the gearbox output of one PWM count."""
-RAD_PER_COUNT: Final = 2.0 * math.pi / COUNTS_PER_TURN
+RAD_PER_COUNT: Final = 2.0 * math.pi / feed_drive.COUNTS_PER_TURN
 """Encoder resolution at the gearbox output."""
 _REST_SAMPLES: Final = 20
 _REST_COUNTS: Final = 2
@@ -56,16 +54,16 @@ class Drive:
     def __init__(
         self,
         gains: Mapping[str, AxisGains],
-        limits: Mapping[str, AxisLimits],
+        limits: Mapping[str, board_types.AxisLimits],
         plant: Plant,
         homed: int,
     ) -> None:
         self.plant = plant
         self._controllers = [
             AxisController(gains[axis], SAMPLE_PERIOD_S, limits[axis].effort_nm)
-            for axis in FEED_DRIVE
+            for axis in feed_drive.FEED_DRIVE
         ]
-        self._limits_nm = [limits[axis].effort_nm for axis in FEED_DRIVE]
+        self._limits_nm = [limits[axis].effort_nm for axis in feed_drive.FEED_DRIVE]
         self._positions: deque[list[int]] = deque(maxlen=_REST_SAMPLES)
         standing = [round(angle / RAD_PER_COUNT) for angle in plant.shown_rad]
         self._zero = [0 if homed >> n & 1 else count for n, count in enumerate(standing)]
@@ -102,14 +100,14 @@ class Drive:
         return all(controller.finite for controller in self._controllers)
 
     @property
-    def memories(self) -> list[Memory]:
+    def memories(self) -> list[control_law.Memory]:
         """What the laws remember of their references, by axis."""
         return [controller.memory for controller in self._controllers]
 
     def set_gains(self, gains: Mapping[str, AxisGains]) -> None:
         """Exchange the gains of all axes between two samples; they are held where they stand."""
         for controller, axis, position in zip(
-            self._controllers, FEED_DRIVE, self.position_rad, strict=True
+            self._controllers, feed_drive.FEED_DRIVE, self.position_rad, strict=True
         ):
             controller.exchange(gains[axis], position)
 
@@ -117,7 +115,7 @@ class Drive:
         self, gains: Mapping[str, AxisGains], setpoints: Sequence[Setpoint], *, moving: bool
     ) -> Transfer:
         """What these gains would make of the sample that comes; see `transfer`."""
-        by_axis = [gains[axis] for axis in FEED_DRIVE]
+        by_axis = [gains[axis] for axis in feed_drive.FEED_DRIVE]
         return transfer(self._controllers, by_axis, setpoints, self.position_rad, moving=moving)
 
     def take_over(self, transferred: Transfer) -> None:

@@ -13,21 +13,13 @@ from firmware_interface.gains import MOST_LOSS, POSITIVE, SIGNED, AxisGains, Ban
 from firmware_interface.motion import Trajectory
 from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, Fault, Result, State, WatchdogAction
-from firmware_interface.virtual.controller import Setpoint, Transfer
+from firmware_interface.virtual import controller, register_file
 from firmware_interface.virtual.drive import (
     EFFORT_PER_COUNT_NM,
     RAD_PER_COUNT,
     SAMPLE_PERIOD_S,
     Drive,
     DriveSample,
-)
-from firmware_interface.virtual.register_file import (
-    FREE,
-    CaptureRing,
-    Identifier,
-    OwnIdentification,
-    RegisterFile,
-    Session,
 )
 from firmware_interface.virtual.setpoints import Handover, SetpointGenerator, TrajectoryCheck
 from firmware_interface.virtual.settings import BoardSettings, GainBanks
@@ -86,7 +78,7 @@ class Inputs:
         """Forget the pulses of before."""
         self.sto_latched = self.sto_active
 
-    def bar(self, setpoints: Sequence[Setpoint]) -> bool:
+    def bar(self, setpoints: Sequence[controller.Setpoint]) -> bool:
         """Whether a setpoint moves onto a switch that is pressed; away from it is allowed."""
         pressed = self.limit_switches
         return pressed != 0 and any(
@@ -126,12 +118,12 @@ class Machine:
 
     def __init__(
         self,
-        registers: RegisterFile,
+        registers: register_file.RegisterFile,
         settings: BoardSettings,
         now_s: Callable[[], float],
         plant: Plant,
         inputs: Inputs,
-        identifier: Identifier | None = None,
+        identifier: register_file.Identifier | None = None,
     ) -> None:
         self.state = State.INIT
         self.fault = settings.fault if settings_sound(settings) else Fault.SELF_TEST
@@ -139,11 +131,13 @@ class Machine:
         self.samples = 0
         self.now_s = now_s
         self.inputs = inputs
-        self.session = Session(now_s)
+        self.session = register_file.Session(now_s)
         self.banks = GainBanks(registers, settings)
         self.handover = Handover([settings.limits[axis] for axis in AXES], settings.map_version)
-        self.capture = CaptureRing(registers)
-        self.identification = OwnIdentification(registers, settings.map_version, identifier)
+        self.capture = register_file.CaptureRing(registers)
+        self.identification = register_file.OwnIdentification(
+            registers, settings.map_version, identifier
+        )
         self.drive = Drive(self.banks.active, settings.limits, plant, inputs.homed)
         self.check: TrajectoryCheck | None = None
         self.roll_back_due = False
@@ -241,7 +235,7 @@ class Machine:
         if transfer is not None:
             self._take_over(gains, transfer, moving=moving)
 
-    def _take_over(self, gains: Bank, transfer: Transfer, *, moving: bool) -> None:
+    def _take_over(self, gains: Bank, transfer: controller.Transfer, *, moving: bool) -> None:
         self.drive.take_over(transfer)
         self._setpoints.take_up(transfer.setpoints, moving=moving)
         self.banks.commit(self.now_s(), gains)
@@ -355,7 +349,7 @@ class Machine:
         return (
             self.state in _MOTION
             and not self.fault
-            and self.session.key != FREE
+            and self.session.key != register_file.FREE
             and (self._setpoints.moving or self.state is State.DRAINING)
         )
 

@@ -9,17 +9,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from firmware_interface.board_identification import (
-    SINCE,
-    BoardAxis,
-    BoardIdentification,
-    CapturedCounts,
-    identification_words,
-)
-from firmware_interface.board_types import BoardIdentity, read_identity
-from firmware_interface.codec import RawPage, Span, addresses, decode, encode, encode_page
-from firmware_interface.errors import BoardError, ValueRefusedError
-from firmware_interface.received import valid_value
+from firmware_interface import board_identification, board_types, codec, errors, received
 from firmware_interface.register import WORDS, Register
 from firmware_interface.registers import (
     AXES,
@@ -80,7 +70,7 @@ class RegisterFile:
 
     def put(self, name: str, value: float) -> None:
         """Set a register."""
-        self.put_words(REGISTERS[name].address, encode(name, value))
+        self.put_words(REGISTERS[name].address, codec.encode(name, value))
 
     def integer(self, name: str) -> int:
         """Value of a code, counter or flag."""
@@ -90,7 +80,7 @@ class RegisterFile:
         """Value of a register."""
         if name not in self._values:
             register = REGISTERS[name]
-            self._values[name] = decode(name, self.words(register.address, register.words))
+            self._values[name] = codec.decode(name, self.words(register.address, register.words))
         return self._values[name]
 
     def words(self, address: int, count: int) -> list[int]:
@@ -102,13 +92,13 @@ class RegisterFile:
         self._words[address : address + len(words)] = array("H", words)
         self._values.clear()
 
-    def spans(self, spans: Sequence[Span]) -> list[int]:
+    def spans(self, spans: Sequence[codec.Span]) -> list[int]:
         """A copy of the words at several places, one after the other."""
-        return [self._words[address] for address in addresses(spans)]
+        return [self._words[address] for address in codec.addresses(spans)]
 
-    def put_spans(self, spans: Sequence[Span], words: Sequence[int]) -> None:
+    def put_spans(self, spans: Sequence[codec.Span], words: Sequence[int]) -> None:
         """Set the registers at several places."""
-        for address, word in zip(addresses(spans), words, strict=True):
+        for address, word in zip(codec.addresses(spans), words, strict=True):
             self._words[address] = word
         self._values.clear()
 
@@ -148,7 +138,7 @@ class RegisterFile:
             raise _no_register(address, len(words), "write")
         for register in _CHECKED:
             if address <= register.address < end:
-                _check_value(register, decode(register.name, words, address))
+                _check_value(register, codec.decode(register.name, words, address))
 
 
 def _first_words(register: Register) -> bytes:
@@ -158,15 +148,15 @@ def _first_words(register: Register) -> bytes:
 
 
 def _check_value(register: Register, value: float) -> None:
-    if not valid_value(register, value):
-        raise ValueRefusedError(
+    if not received.valid_value(register, value):
+        raise errors.ValueRefusedError(
             f"{register.name} = {value:g} {register.unit} is refused",
             "docs/registers.md says what is allowed",
         )
 
 
-def _no_register(address: int, count: int, verb: str) -> BoardError:
-    return BoardError(
+def _no_register(address: int, count: int, verb: str) -> errors.BoardError:
+    return errors.BoardError(
         f"the board has no registers to {verb} from {address:#06x}, {count} of them",
         "install the same release on board and host",
     )
@@ -295,7 +285,7 @@ class CaptureRing:
             return
         self.overflows += self.full
         position, effort, following_error = zip(*self._pending, strict=True)
-        page = RawPage(
+        page = codec.RawPage(
             self.pages_written,
             self.samples - len(self._pending),
             np.array(position),
@@ -303,7 +293,7 @@ class CaptureRing:
             np.array(following_error),
         )
         slot = PAGE_ADDRESS + self.pages_written % PAGE_SLOTS * PAGE_SLOT_REGISTERS
-        self._registers.put_words(slot, encode_page(page))
+        self._registers.put_words(slot, codec.encode_page(page))
         self.pages_written += 1
         self._pending = []
 
@@ -311,9 +301,9 @@ class CaptureRing:
         """Put the counters where the host reads them."""
         self._registers.put_words(
             self._registers.address("capture.pages_written"),
-            encode("capture.pages_written", self.pages_written)
-            + encode("capture.samples_captured", self.samples)
-            + encode("capture.overflows", self.overflows),
+            codec.encode("capture.pages_written", self.pages_written)
+            + codec.encode("capture.samples_captured", self.samples)
+            + codec.encode("capture.overflows", self.overflows),
         )
 
 
@@ -334,7 +324,9 @@ class Identifier(Protocol):
     def longest_s(self) -> float:
         """How much of a motion it looks at."""
 
-    def identify(self, captured: CapturedCounts, board: BoardIdentity) -> Mapping[str, BoardAxis]:
+    def identify(
+        self, captured: board_identification.CapturedCounts, board: board_types.BoardIdentity
+    ) -> Mapping[str, board_identification.BoardAxis]:
         """What the network says of each axis."""
 
 
@@ -360,7 +352,7 @@ class OwnIdentification:
     def __post_init__(self) -> None:
         self._state = IdentificationState.NONE
         self._motion = 0
-        self._axes: Mapping[str, BoardAxis] = {}
+        self._axes: Mapping[str, board_identification.BoardAxis] = {}
         self._forget()
         longest_s = self.identifier.longest_s if self.identifier else 0.0
         self._most_samples = math.ceil(longest_s / SAMPLE_PERIOD_S)
@@ -387,7 +379,7 @@ class OwnIdentification:
     def stopped(self) -> None:
         """The motion is over; it may not have got to the end of its capture."""
         if self._state is IdentificationState.CAPTURING:
-            reason = BoardAxis(IdentificationReason.STOPPED)
+            reason = board_identification.BoardAxis(IdentificationReason.STOPPED)
             self._end(dict.fromkeys(AXES, reason))
 
     def asked(self) -> None:
@@ -396,11 +388,11 @@ class OwnIdentification:
             by_sample = (
                 np.array(of).reshape(-1, len(AXES)) for of in (self._position, self._effort)
             )
-            counts = CapturedCounts(*by_sample)
-            board = read_identity(self.registers.words)
+            counts = board_identification.CapturedCounts(*by_sample)
+            board = board_types.read_identity(self.registers.words)
             self._end(self.identifier.identify(counts, board))
 
-    def _end(self, axes: Mapping[str, BoardAxis]) -> None:
+    def _end(self, axes: Mapping[str, board_identification.BoardAxis]) -> None:
         identified = [axis.reason is IdentificationReason.NONE for axis in axes.values()]
         self._axes = axes
         self._forget()
@@ -413,8 +405,10 @@ class OwnIdentification:
 
     def _put(self) -> None:
         """Put it where the host reads it."""
-        if self.identifier is None or self.map_version < SINCE:
+        if self.identifier is None or self.map_version < board_identification.SINCE:
             return
-        found = BoardIdentification(self._state, self._motion, self.identifier.network, self._axes)
+        found = board_identification.BoardIdentification(
+            self._state, self._motion, self.identifier.network, self._axes
+        )
         address = self.registers.address("identification.state")
-        self.registers.put_words(address, identification_words(found))
+        self.registers.put_words(address, board_identification.identification_words(found))

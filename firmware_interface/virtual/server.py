@@ -15,16 +15,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final, Self, cast
 
-from firmware_interface.errors import LinkError, NoReplyError
+from firmware_interface import errors, modbus_server
 from firmware_interface.link import Link
-from firmware_interface.modbus_server import RtuSession, TcpSession
 from firmware_interface.plant.feed_drive import feed_drive
 from firmware_interface.plant.plant import Plant
 from firmware_interface.registers import AXES, State
+from firmware_interface.virtual import drive, register_file
 from firmware_interface.virtual.board import Clock, RequestClock, VirtualBoard, WallClock
-from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.machine import Machine
-from firmware_interface.virtual.register_file import Identifier
 from firmware_interface.virtual.settings import BoardSettings
 
 # What fails on a virtual board, its machine and its line, each at its time.
@@ -131,7 +129,7 @@ class FailingBoard(VirtualBoard):
         settings: BoardSettings | None = None,
         clock: Clock | None = None,
         plant: Plant | None = None,
-        identifier: Identifier | None = None,
+        identifier: register_file.Identifier | None = None,
         on_failure: Callable[[str], object] = lambda line: None,
     ) -> None:
         self._to_come = list(failures)
@@ -176,14 +174,14 @@ class FailingBoard(VirtualBoard):
             failure
             for failure, seconds in zip(failures, after_s, strict=True)
             if failure.motion < len(self._starts)
-            and self._samples >= self._starts[failure.motion] + seconds / SAMPLE_PERIOD_S
+            and self._samples >= self._starts[failure.motion] + seconds / drive.SAMPLE_PERIOD_S
         ]
         for failure in due:
             failures.remove(failure)
         return due
 
     def _tell(self, failure: Failure, happens: str) -> None:
-        time_s = self._samples * SAMPLE_PERIOD_S
+        time_s = self._samples * drive.SAMPLE_PERIOD_S
         self._on_failure(f"{failure.text} {happens}, {time_s:.2f} s after the board's start")
 
     def _begin(self, failure: Failure) -> None:
@@ -213,7 +211,7 @@ class FailingBoard(VirtualBoard):
         """A request on a line that is cut takes its time, and reaches nobody."""
         if any(failure.name == "cable" for failure in self._lasting):
             self._clock.advance(self.machine, False)
-            raise NoReplyError("the virtual board's cable has failed", "look at the cable")
+            raise errors.NoReplyError("the virtual board's cable has failed", "look at the cable")
 
 
 class _ClockOf:
@@ -266,7 +264,7 @@ def serve(
     speed: float | None = 1.0,
     settings: BoardSettings | None = None,
     plant: Plant | None = None,
-    identifier: Identifier | None = None,
+    identifier: register_file.Identifier | None = None,
     failures: Sequence[Failure] = (),
     on_failure: Callable[[str], object] = _LOG.warning,
 ) -> None:
@@ -349,7 +347,7 @@ async def serve_tcp(
     """
     loop = asyncio.get_running_loop()
     loop.set_exception_handler(_AcceptErrors())
-    sessions: set[TcpSession] = set()
+    sessions: set[modbus_server.TcpSession] = set()
 
     def look_after() -> None:
         idle()
@@ -359,10 +357,10 @@ async def serve_tcp(
 
     try:
         server = await loop.create_server(
-            lambda: TcpSession(link, sessions, CONNECTION_LIMIT), bind, port
+            lambda: modbus_server.TcpSession(link, sessions, CONNECTION_LIMIT), bind, port
         )
     except OSError as error:
-        raise LinkError(
+        raise errors.LinkError(
             f"port {port} on {bind} cannot be served: {error.strerror}",
             "choose another port or address, or stop the program that uses it",
         ) from error
@@ -400,7 +398,7 @@ async def serve_pty(link: Link, idle: Callable[[], None], on_ready: Callable[[st
     try:
         tty.setraw(slave)
         os.set_blocking(master, False)
-        session = RtuSession(link, lambda frame: _write_pty(master, slave, frame))
+        session = modbus_server.RtuSession(link, lambda frame: _write_pty(master, slave, frame))
         loop.add_reader(master, lambda: session.data_received(_read_pty(master)))
         on_ready(os.ttyname(slave))
 

@@ -8,9 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from firmware_interface.board_types import AxisLimits
-from firmware_interface.codec import decode_trajectory
-from firmware_interface.control_law import Memory, exact_effort_nm
+from firmware_interface import board_types, codec, control_law, registers
 from firmware_interface.gains import AxisGains, Bank
 from firmware_interface.motion import (
     Array,
@@ -22,7 +20,6 @@ from firmware_interface.motion import (
     stop_duration_s,
     stopping_reference,
 )
-from firmware_interface.registers import AXES, REGISTERS, Result
 from firmware_interface.virtual.controller import Setpoint, Transfer
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S, Drive
 
@@ -126,8 +123,8 @@ def _rows(axes: Sequence[Reference]) -> Iterator[Sequence[Setpoint]]:
 #
 # Every comparison is made so that a value which is not a number fails it.
 
-TRAJECTORY_ADDRESS: Final = REGISTERS["trajectory.kind"].address
-_LAST: Final = REGISTERS[f"trajectory.{AXES[-1]}.acceleration"]
+TRAJECTORY_ADDRESS: Final = registers.REGISTERS["trajectory.kind"].address
+_LAST: Final = registers.REGISTERS[f"trajectory.{registers.AXES[-1]}.acceleration"]
 TRAJECTORY_WORDS: Final = _LAST.address + _LAST.words - TRAJECTORY_ADDRESS
 """All of the trajectory's registers; ARM's argument is their CRC."""
 SAMPLES_AT_ONCE: Final = 1024
@@ -139,7 +136,7 @@ _FASTEST_RAD_S: Final = math.pi / SAMPLE_PERIOD_S
 def read_trajectory(words: Sequence[int]) -> Trajectory | None:
     """A copy of what the registers hold; None where it is incomplete or cannot be followed."""
     try:
-        trajectory = decode_trajectory(words, TRAJECTORY_ADDRESS, SAMPLE_PERIOD_S)
+        trajectory = codec.decode_trajectory(words, TRAJECTORY_ADDRESS, SAMPLE_PERIOD_S)
     except ValueError:
         return None
     sound = (
@@ -229,9 +226,9 @@ class TrajectoryCheck:
         self,
         trajectory: Trajectory,
         rest_rad: Sequence[float],
-        limits: Mapping[str, AxisLimits],
+        limits: Mapping[str, board_types.AxisLimits],
         gains: Mapping[str, AxisGains],
-        memories: Sequence[Memory],
+        memories: Sequence[control_law.Memory],
     ) -> None:
         self.trajectory = trajectory
         self._rest_rad = rest_rad
@@ -271,7 +268,7 @@ class TrajectoryCheck:
         limit = self._limits[n]
         jumps = np.diff(axis.position_rad, prepend=self._last_rad[n])
         largest_jump = limit.speed_rad_s * SAMPLE_PERIOD_S * (1.0 + JUMP_MARGIN)
-        effort, self._memories[n] = exact_effort_nm(
+        effort, self._memories[n] = control_law.exact_effort_nm(
             self._gains[n], axis, other, self._last_rad[n], self._memories[n]
         )
         return (
@@ -288,7 +285,7 @@ def _at_most(values: Array, limit: float) -> bool:
     return bool((np.abs(values) <= limit).all())
 
 
-def _ramps_within(motion: Multisine | Staircase, limit: AxisLimits) -> bool:
+def _ramps_within(motion: Multisine | Staircase, limit: board_types.AxisLimits) -> bool:
     """A ramp may be too short for any sample to fall on it."""
     return isinstance(motion, Multisine) or (
         motion.acceleration_rad_s2 <= limit.acceleration_rad_s2
@@ -324,19 +321,19 @@ class Handover:
         Of the last offer that was considered, by axis.
     """
 
-    def __init__(self, limits: Sequence[AxisLimits], map_version: int) -> None:
+    def __init__(self, limits: Sequence[board_types.AxisLimits], map_version: int) -> None:
         self._limits = limits
-        known = map_version >= REGISTERS["bumpless.capable"].since
+        known = map_version >= registers.REGISTERS["bumpless.capable"].since
         self.capable = known and all(limit.effort_jump_nm > 0.0 for limit in limits)
-        self.result = Result.NONE
+        self.result = registers.Result.NONE
         self.offered: Bank | None = None
         self.jumps_nm: Sequence[float] = [0.0] * len(limits)
 
     def offer(self, gains: Bank) -> None:
         """Have the next sample decide about these gains."""
-        self.offered, self.result = gains, Result.PENDING
+        self.offered, self.result = gains, registers.Result.PENDING
 
-    def end(self, result: Result) -> None:
+    def end(self, result: registers.Result) -> None:
         """There is nothing to decide any more."""
         self.offered, self.result = None, result
 
@@ -354,7 +351,7 @@ class Handover:
             abs(jump) <= (limit.effort_jump_nm or _SHARE_OF_EFFORT * limit.effort_nm)
             for jump, limit in zip(transfer.jumps_nm, limits, strict=True)
         ):
-            self.end(Result.EFFORT_JUMP)
+            self.end(registers.Result.EFFORT_JUMP)
             return None
         ends = zip(transfer.setpoints, rest_from(transfer.setpoints), limits, strict=True)
         if not all(
@@ -362,9 +359,9 @@ class Handover:
             and max(abs(begun.position_rad), abs(rest)) <= limit.travel_rad
             for begun, rest, limit in ends
         ):
-            self.end(Result.TRAJECTORY_LIMITS)
+            self.end(registers.Result.TRAJECTORY_LIMITS)
             return None
-        self.end(Result.DONE)
+        self.end(registers.Result.DONE)
         return transfer
 
 
