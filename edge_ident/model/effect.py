@@ -29,7 +29,7 @@ from typing import ClassVar, Final, Literal
 
 import numpy as np
 
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import SearchSpec
 
 # Random strengths of effects, in proportion to the axis that they act on.
@@ -261,9 +261,6 @@ class Advice:
     action: str = ""
     size: str = ""
 
-
-Values = Mapping[str, Array]
-"""Values of an effect's parameters by name, each of the shape of the drives."""
 
 _CAPITAL: Final = re.compile(r"(?<!^)([A-Z])")
 _NOTHING: Final = np.zeros(())

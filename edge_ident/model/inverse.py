@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Effect, Values
+from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
-from edge_ident.model.motion import Array, Motion, added
+from edge_ident.model.motion import Array, Motion, Values, added
 
 Kept = dict[object, Any]
 """Slow results along one motion."""

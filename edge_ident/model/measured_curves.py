@@ -10,8 +10,8 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Effect, Parameter, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Effect, Parameter
+from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import SearchSpec
 
 ENTRIES: Final = 33

@@ -1,6 +1,7 @@
 """The motion of an axis as effects and estimators read it, its waves, and its timing."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import reduce
 from typing import Final
@@ -9,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Values = Mapping[str, Array]
+"""Values of an effect's parameters by name, each of the shape of the drives."""
 
 
 # The motion of an axis, as effects and estimators read it.

@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import CLOCK, Compensation, Effect, Parameter, Values
-from edge_ident.model.motion import Array, Motion, wave
+from edge_ident.model.effect import CLOCK, Compensation, Effect, Parameter
+from edge_ident.model.motion import Array, Motion, Values, wave
 from edge_ident.model.search import Form, SearchSpec
 
 # Rigid body and friction: the base term that every axis has.

@@ -1,15 +1,13 @@
 """How the diagnosis searches for an effect: its forms, the grid, and what tells it from others."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Values = Mapping[str, Array]
+from edge_ident.model.motion import Array, Values
 
 SOUND_RESONANCE_HZ: Final = 15.0
 """Frequency at which a load swings on a sound drive's chain, at least. No chain is rigid: dry

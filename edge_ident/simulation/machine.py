@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
-from edge_ident.model.effect import Effect, Values
+from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import everywhere
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.rigid_body import RIGID_BODY
 
 STEP: Final = 0.5

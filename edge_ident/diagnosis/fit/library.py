@@ -25,10 +25,11 @@ from edge_ident.diagnosis.fit.candidates import (
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, additive
 from edge_ident.diagnosis.fit.linear import Orthogonal, bounds_of, orthonormal
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.model.effect import Effect, Values
+from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
+from edge_ident.model.motion import Values
 from edge_ident.signals.conditioning import unit_length
 
 Array = NDArray[np.float64]

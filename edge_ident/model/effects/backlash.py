@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model import search
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values
 
 _SEGMENTS: Final = 12  # parts of the motion that are integrated side by side
 _SHORTEST: Final = 100  # samples of such a segment

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model import search
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values
 
 _STOPPING_RATE: Final = 300.0  # rate (1/s) with which dry friction stops the load in a simulation
 

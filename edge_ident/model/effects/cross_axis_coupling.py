@@ -20,8 +20,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion, wave
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values, wave
 from edge_ident.model.search import Form, Link, SearchSpec
 
 _BY_ANGLE: Final = (

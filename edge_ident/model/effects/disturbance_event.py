@@ -9,17 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import (
-    CLOCK,
-    Advice,
-    Compensation,
-    Draws,
-    Effect,
-    Parameter,
-    Scale,
-    Values,
-)
-from edge_ident.model.motion import Array, Motion, cosine_and_sine
+from edge_ident.model.effect import CLOCK, Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 

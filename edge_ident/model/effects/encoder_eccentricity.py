@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import TURNS_RAD, Array, Motion, cosine_and_sine
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import TURNS_RAD, Array, Motion, Values, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 # Most steps of Newton's method; errors that keep the reading increasing need fewer.

@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.effects import offset_drift
 from edge_ident.model.model import PARAMETERS
-from edge_ident.model.motion import Array
+from edge_ident.model.motion import Array, Values
 from edge_ident.model.search import Excitation, SearchSpec
 
 _SMALLEST: Final = 0.05  # scale below which it stays, so that a long record never divides by zero

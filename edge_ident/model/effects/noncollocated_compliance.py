@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 
 # Damping ratio of drive trains of metal. Along a motion, damping is a delay, and belongs to the

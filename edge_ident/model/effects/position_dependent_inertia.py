@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import TURNS_RAD, Array, Motion, added, polynomial, wave
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import TURNS_RAD, Array, Motion, Values, added, polynomial, wave
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 # Most waves over the travel, beside those of a turn. What repeats more often is rather an error of

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion, added, bump, polynomial, wave
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values, added, bump, polynomial, wave
 from edge_ident.model.search import Excitation, Form, Link, SearchSpec
 
 _TURN_RAD: Final = 2.0 * np.pi

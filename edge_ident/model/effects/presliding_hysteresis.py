@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model import search
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values
 
 _BRISTLES: Final = 10
 _FINE: Final = np.linspace(0.0, 20.0, 20_001)

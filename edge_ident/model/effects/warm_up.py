@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale, Values
-from edge_ident.model.motion import Array, Motion
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
