@@ -29,14 +29,11 @@ from rich.progress import track
 from rich.table import Table
 
 from edge_ident.errors import DataError
-from edge_ident.estimation import least_squares, network_estimate
-from edge_ident.estimation.image import Subsampled, align, effort_scale
+from edge_ident.estimation import image, least_squares, network_estimate
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.model.model import PARAMETERS
-from edge_ident.signals.conditioning import condition
+from edge_ident.signals import conditioning, recording, recording_files
 from edge_ident.signals.metrics import Metric, compare
-from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.signals.recording_files import save_recording
 from firmware_interface.plant import EFFECTS, Motion, Noise, draw, draw_drives, paper, simulate
 
 Array = NDArray[np.float64]
@@ -123,9 +120,9 @@ class Setting:
         self, time_s: Array, position: Array, effort: Array, truth: Array, shift_s: float
     ) -> Case | None:
         """Identify one axis; None if it moves too little to be identified."""
-        signals = condition(time_s, position, effort, effort_shift_s=shift_s)
+        signals = conditioning.condition(time_s, position, effort, effort_shift_s=shift_s)
         motion = self.network.manifest.motion
-        seen = align(signals, motion.regressor[:, 1], motion.period_s)
+        seen = image.align(signals, motion.regressor[:, 1], motion.period_s)
         if seen is None:
             raise SystemExit("the network belongs to a longer motion: name another one")
         try:
@@ -134,7 +131,7 @@ class Setting:
         except DataError:
             return None
         looped = network_estimate.estimate(seen.regressor, seen.effort, self.network, passes=PASSES)
-        scale = float(effort_scale(seen.effort, "effort-scale"))
+        scale = float(image.effort_scale(seen.effort, "effort-scale"))
         unit = scale / motion.column_scales
         found = {
             "network": looped.parameters,
@@ -145,7 +142,7 @@ class Setting:
         return Case(truth, 1.0 / unit, found, metric, looped.passes)
 
 
-def _guessed(seen: Subsampled, unit: Array) -> Array:
+def _guessed(seen: image.Subsampled, unit: Array) -> Array:
     """The best of as many random guesses as the loop may have passes."""
     rng = np.random.default_rng(SEED)
     tries = rng.uniform([0.0, 0.0, 0.0, -1.0], 1.0, (PASSES, 4)) * unit
@@ -220,9 +217,9 @@ def _pair(errors: Array) -> str:
 def save_motion(motion: Motion, path: Path) -> None:
     """Record the x axis of one drive, for `edge-ident train --motion-from`."""
     made = simulate(draw_drives(1, seed=SEED), motion, noise=None)
-    axis = AxisRecord(made.position[0, 0], made.effort[0, 0], "rad", "N*m")
+    axis = recording.AxisRecord(made.position[0, 0], made.effort[0, 0], "rad", "N*m")
     path.parent.mkdir(parents=True, exist_ok=True)
-    save_recording(Recording(made.time_s, {"x": axis}, str(path)), path)
+    recording_files.save_recording(recording.Recording(made.time_s, {"x": axis}, str(path)), path)
 
 
 def main() -> None:

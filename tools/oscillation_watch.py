@@ -17,15 +17,8 @@ import typer
 
 from firmware_interface.control_law import feedback_poles
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
+from firmware_interface.virtual import drive, settings
 from firmware_interface.virtual.controller import AxisController, Setpoint
-from firmware_interface.virtual.drive import (
-    CONTROL_DELAY_S,
-    EFFORT_PER_COUNT_NM,
-    RAD_PER_COUNT,
-    SAMPLE_PERIOD_S,
-    OscillationWatch,
-)
-from firmware_interface.virtual.settings import DEFAULT_LIMITS
 
 LONGEST_S: Final = 8.0
 LEFT_RAD: Final = 0.02
@@ -47,7 +40,7 @@ class Loop:
     def drawn(cls, rng: np.random.Generator) -> "Loop":
         """Anything that a board takes, small gains oftener than large ones."""
         inertia, viscous, coulomb = np.exp(rng.uniform(*np.log([[0.015, 0.02, 0.02], [1.5, 2, 2]])))
-        largest = DEFAULT_LIMITS.gain_maximum
+        largest = settings.DEFAULT_LIMITS.gain_maximum
         proportional, derivative, integral = rng.uniform(size=3) ** [3, 2, 3]
         gains = replace(
             CONSERVATIVE_GAINS,
@@ -65,8 +58,8 @@ class Loop:
             self.gains,
             self.inertia,
             self.viscous_friction,
-            period_s=SAMPLE_PERIOD_S,
-            control_delay_s=CONTROL_DELAY_S,
+            period_s=drive.SAMPLE_PERIOD_S,
+            control_delay_s=drive.CONTROL_DELAY_S,
         ).astype(complex)
         rates = np.log(poles[np.abs(poles) > 1e-9])
         return float(np.min(-rates.real / np.abs(rates), initial=1.0))
@@ -74,8 +67,8 @@ class Loop:
     @property
     def effort_of_a_count_nm(self) -> float:
         """What one encoder count adds to the effort at once."""
-        filtered_s = self.gains.velocity_filter_s + SAMPLE_PERIOD_S
-        return RAD_PER_COUNT * (self.gains.proportional + self.gains.derivative / filtered_s)
+        filtered_s = self.gains.velocity_filter_s + drive.SAMPLE_PERIOD_S
+        return drive.RAD_PER_COUNT * (self.gains.proportional + self.gains.derivative / filtered_s)
 
 
 @dataclass(frozen=True)
@@ -101,33 +94,35 @@ def played(
     reference: Callable[[float], Setpoint] = lambda time_s: Setpoint(0.0, 0.0, 0.0),
 ) -> Outcome:
     """Run a loop from rest, or from a knock, until something ends it."""
-    limits = DEFAULT_LIMITS
-    law = AxisController(loop.gains, SAMPLE_PERIOD_S, limits.effort_nm)
-    watch = OscillationWatch(
-        limits.effort_nm / EFFORT_PER_COUNT_NM,
+    limits = settings.DEFAULT_LIMITS
+    law = AxisController(loop.gains, drive.SAMPLE_PERIOD_S, limits.effort_nm)
+    watch = drive.OscillationWatch(
+        limits.effort_nm / drive.EFFORT_PER_COUNT_NM,
         2,
-        period_s=SAMPLE_PERIOD_S,
-        control_delay_s=CONTROL_DELAY_S,
+        period_s=drive.SAMPLE_PERIOD_S,
+        control_delay_s=drive.CONTROL_DELAY_S,
     )
     position, speed, before, left_s, last = 0.0, speed_rad_s, 0.0, math.inf, []
-    for sample in range(round(LONGEST_S / SAMPLE_PERIOD_S)):
-        time_s = sample * SAMPLE_PERIOD_S
-        setpoint, count = reference(time_s), round(position / RAD_PER_COUNT)
-        error = round(setpoint.position_rad / RAD_PER_COUNT) - count
-        effort = round(law.effort_nm(setpoint, count * RAD_PER_COUNT) / EFFORT_PER_COUNT_NM)
+    for sample in range(round(LONGEST_S / drive.SAMPLE_PERIOD_S)):
+        time_s = sample * drive.SAMPLE_PERIOD_S
+        setpoint, count = reference(time_s), round(position / drive.RAD_PER_COUNT)
+        error = round(setpoint.position_rad / drive.RAD_PER_COUNT) - count
+        effort = round(
+            law.effort_nm(setpoint, count * drive.RAD_PER_COUNT) / drive.EFFORT_PER_COUNT_NM
+        )
         if abs(position - setpoint.position_rad) > LEFT_RAD:
             left_s = min(left_s, time_s)
         if watch.seen(count, error, effort):
             return Outcome("oscillation", time_s - min(left_s, time_s))
-        too_far = abs(error) * RAD_PER_COUNT > limits.following_error_rad
+        too_far = abs(error) * drive.RAD_PER_COUNT > limits.following_error_rad
         if too_far or abs(speed) > limits.speed_rad_s:
             return Outcome("limit")
         for acting, seconds in (
-            (before, CONTROL_DELAY_S),
-            (effort * EFFORT_PER_COUNT_NM, SAMPLE_PERIOD_S - CONTROL_DELAY_S),
+            (before, drive.CONTROL_DELAY_S),
+            (effort * drive.EFFORT_PER_COUNT_NM, drive.SAMPLE_PERIOD_S - drive.CONTROL_DELAY_S),
         ):
             position, speed = _moved(loop, position, speed, acting + push_nm(time_s), seconds)
-        before = effort * EFFORT_PER_COUNT_NM
+        before = effort * drive.EFFORT_PER_COUNT_NM
         if time_s > LONGEST_S - 1.0:
             last.append(position - setpoint.position_rad)
     return Outcome("swings" if np.ptp(last) > SHAKES_RAD else "rests")

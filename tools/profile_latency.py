@@ -42,13 +42,10 @@ from edge_ident.estimation.manifest import BUILT_IN, GRAPHS, Graph, load_manifes
 from edge_ident.estimation.network import Network, load_network
 from edge_ident.identification.identify import identify
 from edge_ident.model.model import Estimate, base_axis
-from edge_ident.report.machine import profile_view
-from edge_ident.report.render import show
-from edge_ident.report.run_documents import profile_document
+from edge_ident.report import machine, render, run_documents
 from edge_ident.signals.metrics import POINTS
 from edge_ident.simulation.simulate import simulate
-from edge_ident.support.documents import write_json
-from edge_ident.support.stopwatch import Stopwatch
+from edge_ident.support import documents, stopwatch
 
 Array = NDArray[np.float64]
 
@@ -83,7 +80,7 @@ def identification_costs(repetitions: int) -> dict[str, float]:
     recording, network = simulate(noise=0.02), load_network("fp32")
     spent: dict[str, list[float]] = {}
     for _ in range(repetitions):
-        watch = Stopwatch(time.process_time)
+        watch = stopwatch.Stopwatch(time.process_time)
         times_ms = identify(recording, network, diagnose=False, stopwatch=watch).timing_ms
         for stage, stage_ms in times_ms.items():
             spent.setdefault(stage, []).append(stage_ms)
@@ -95,7 +92,7 @@ def check_cost(motion: MotionName, repetitions: int) -> tuple[float, float]:
     recording = simulate(motion=motion, cycles=2, noise=0.02)
     spent = []
     for _ in range(repetitions):
-        watch = Stopwatch(time.process_time)
+        watch = stopwatch.Stopwatch(time.process_time)
         times_ms = identify(recording, diagnose=False, stopwatch=watch).timing_ms
         spent.append((times_ms["adequacy"], times_ms["total"]))
     check_ms, total_ms = np.median(spent, axis=0)
@@ -144,7 +141,7 @@ def stage_costs(repetitions: int) -> dict[Graph, float]:
     for seed in range(repetitions):
         recording = simulate(noise=0.02, seed=seed)
         for graph, network in networks.items():
-            watch = Stopwatch(time.process_time)
+            watch = stopwatch.Stopwatch(time.process_time)
             times_ms = identify(recording, network, diagnose=False, stopwatch=watch).timing_ms
             spent[graph].append(times_ms["network"])
     return {graph: float(np.median(of_graph)) for graph, of_graph in spent.items()}
@@ -238,9 +235,9 @@ def main() -> None:
             show_ways(device, given.baud_rate, drive, given.repetitions)
             continue
         profile = profile_device(device, given.baud_rate, drive, given.repetitions, _Lines())
-        show(profile_view(profile))
+        render.show(machine.profile_view(profile))
         path = given.output / f"profile_{number}.json"
-        write_json(profile_document(profile), path)
+        documents.write_json(run_documents.profile_document(profile), path)
         print(f"written: {path}")
 
 

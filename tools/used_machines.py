@@ -36,12 +36,9 @@ from edge_ident.control.gain_design import design
 from edge_ident.drive.description import load_drive
 from edge_ident.errors import EdgeIdentError
 from edge_ident.model.model import Estimate, Model, base_axis
-from firmware_interface import board_session
+from firmware_interface import board_session, registers
 from firmware_interface.gains import CONSERVATIVE_GAINS, Bank
-from firmware_interface.plant.drives import Array
-from firmware_interface.plant.hiding import Hidden
-from firmware_interface.plant.plant import DELAY
-from firmware_interface.registers import AXES, State
+from firmware_interface.plant import drives, hiding, plant
 from firmware_interface.virtual.board import VirtualBoard
 from firmware_interface.virtual.drive import SAMPLE_PERIOD_S
 from firmware_interface.virtual.settings import GainBanks
@@ -71,11 +68,11 @@ class Case:
         how += [] if self.friction is None else ["--friction", self.friction]
         return ["run", "--device", "virtual", "--used", str(self.seed), *how, *self.options]
 
-    def hidden(self) -> Hidden:
+    def hidden(self) -> hiding.Hidden:
         """The machine."""
         if self.friction is not None:
-            return Hidden.rubbing(self.seed, self.friction)  # type: ignore[arg-type]
-        return Hidden.used(self.seed, 1.0 if self.wear is None else self.wear)
+            return hiding.Hidden.rubbing(self.seed, self.friction)  # type: ignore[arg-type]
+        return hiding.Hidden.used(self.seed, 1.0 if self.wear is None else self.wear)
 
 
 class Seen:
@@ -141,13 +138,13 @@ class Seen:
     def _in_board(self, board: VirtualBoard) -> Iterator[None]:
         self.board = board
         machine, began = board.machine, np.array([time.perf_counter(), time.thread_time()])
-        before, moved = machine.samples, machine.state is State.MOVING or machine.moving
+        before, moved = machine.samples, machine.state is registers.State.MOVING or machine.moving
         try:
             yield
         finally:
             self.moved += moved * (machine.samples - before)
             self._inside += np.array([time.perf_counter(), time.thread_time()]) - began
-            if machine.state is State.DRAINING:
+            if machine.state is registers.State.DRAINING:
                 self._moved_at = self._moved_at or self.spent
 
 
@@ -161,7 +158,7 @@ def _put(read: Any, write: Any, commit: Any) -> None:
         setattr(owner, name, method)
 
 
-def _clocks() -> Array:
+def _clocks() -> drives.Array:
     """Wall and processor time, that of ended children included, s."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     processor = time.process_time() + children.ru_utime + children.ru_stime
@@ -241,7 +238,7 @@ def _held(of: Row, quantity: str) -> tuple[bool, float]:
 
 def _judged(case: Case, after: Bank, known: Row | None) -> Row:
     """True errors on fresh machines, with the gains before, after, and from the truth."""
-    before = dict.fromkeys(AXES, CONSERVATIVE_GAINS)
+    before = dict.fromkeys(registers.AXES, CONSERVATIVE_GAINS)
     try:
         found = known or _measured(case, before)
         errors = dict(found["errors_rad"])
@@ -259,7 +256,7 @@ def _measured(case: Case, before: Bank) -> Row:
     hardware = _machine(case, before).hardware
     ideal = {
         axis: design(base_axis(Estimate(body, _KNOWN * np.abs(body))), hardware[axis]).gains
-        for axis, body in zip(AXES, truth, strict=True)
+        for axis, body in zip(registers.AXES, truth, strict=True)
     }
     best, _ = _followed(case, ideal)
     return {"errors_rad": {"before": errors, "ideal": best}, "truth": truth.tolist()}
@@ -268,20 +265,20 @@ def _measured(case: Case, before: Bank) -> Row:
 def _machine(case: Case, gains: Bank) -> JudgedMachine:
     hidden = case.hidden()
     base = hidden.drives.chain.rigid_body[0]
-    return watched(hidden.plant(), gains, load_drive(), {axis: () for axis in AXES}, base)
+    return watched(hidden.plant(), gains, load_drive(), {axis: () for axis in registers.AXES}, base)
 
 
-def _followed(case: Case, gains: Bank) -> tuple[Errors, Array]:
+def _followed(case: Case, gains: Bank) -> tuple[Errors, drives.Array]:
     """True rms errors on two motions, and the local parameters that were true on them, (A, 4)."""
     machine = _machine(case, gains)
     board, drive = machine.board, machine.drive
     model = Model(
         {
             axis: base_axis(Estimate(body, _KNOWN * np.abs(body)))
-            for axis, body in zip(AXES, machine.base, strict=True)
+            for axis, body in zip(registers.AXES, machine.base, strict=True)
         }
     )
-    soft = dict.fromkeys(AXES, CONSERVATIVE_GAINS)
+    soft = dict.fromkeys(registers.AXES, CONSERVATIVE_GAINS)
     second = within_limits(second_motion(drive, "sinusoid"), model, soft, board.limits())
     board.enable()
     errors, parts = {}, []
@@ -293,22 +290,22 @@ def _followed(case: Case, gains: Bank) -> tuple[Errors, Array]:
     return errors, np.array([[inertia[n], *_line(part)] for n, part in enumerate(rows)])
 
 
-def _friction(machine: JudgedMachine) -> tuple[Array, ...]:
+def _friction(machine: JudgedMachine) -> tuple[drives.Array, ...]:
     """Speed and friction of each axis in a motion, (T, 2): what is left of the efforts."""
     watch, inertia = machine.watch, machine.base[:, 0]
     speed, command = np.array(watch.speed), np.array(watch.command)
-    acting = DELAY * command[:-2] + (1.0 - DELAY) * command[1:-1]
+    acting = plant.DELAY * command[:-2] + (1.0 - plant.DELAY) * command[1:-1]
     left = acting - inertia * np.diff(speed, axis=0)[1:] / SAMPLE_PERIOD_S
     middle = 0.5 * (speed[1:-1] + speed[2:])
-    return tuple(np.stack([middle[:, n], left[:, n]], axis=-1) for n in range(len(AXES)))
+    return tuple(np.stack([middle[:, n], left[:, n]], axis=-1) for n in range(len(registers.AXES)))
 
 
-def _line(part: Array) -> Array:
+def _line(part: drives.Array) -> drives.Array:
     """Viscous and Coulomb friction and offset of the line through friction over speed."""
     speed, left = part.T
     fast = np.abs(speed) > _SLOWEST * np.max(np.abs(speed))
     columns = np.stack([speed, np.sign(speed), np.ones_like(speed)], axis=-1)
-    found: Array = np.linalg.lstsq(columns[fast], left[fast], rcond=None)[0]
+    found: drives.Array = np.linalg.lstsq(columns[fast], left[fast], rcond=None)[0]
     return found
 
 

@@ -13,14 +13,10 @@ from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network, given_network
 from edge_ident.estimation.trust import Finding, check_estimate
 from edge_ident.model.model import Estimate
-from edge_ident.signals.data_checks import check_usable
-from edge_ident.signals.metrics import Metric
+from edge_ident.signals import data_checks, metrics, recording_files, time_stamps
 from edge_ident.signals.metrics import compare as measure
-from edge_ident.signals.recording_files import Given, given_recording
-from edge_ident.signals.time_stamps import with_mended_stamps
-from edge_ident.support.given import number
+from edge_ident.support import given, words
 from edge_ident.support.rows import Drawable
-from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
     from edge_ident.baselines.methods import Method
@@ -46,7 +42,7 @@ class Row:
 
     method: str
     estimate: Estimate | None
-    metric: Metric | None
+    metric: metrics.Metric | None
     reason: str
     findings: tuple[Finding, ...]
     time_ms: float
@@ -120,7 +116,7 @@ def comparison_methods() -> tuple[str, ...]:
 
 
 def compare(
-    recording: Given | Iterable[Given],
+    recording: recording_files.Given | Iterable[recording_files.Given],
     network: Network | str | PathLike[str] | None = None,
     *,
     methods: str | Sequence[str] = (),
@@ -162,16 +158,16 @@ def compare(
     >>> [row.method for row in found.axes["x"].rows]
     ['ordinary_least_squares']
     """
-    recording = given_recording(recording, "compare")
+    recording = recording_files.given_recording(recording, "compare")
     network = None if network is None else given_network(network)
-    number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
+    given.number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
     methods = [methods] if isinstance(methods, str) else methods
     known, axes = all_methods(), {}
     for method in methods:
         if method not in known:
-            raise DataError(f"there is no method {method}", f"choose from {listed(known)}")
-    check_usable(recording)
-    recording = with_mended_stamps(recording)
+            raise DataError(f"there is no method {method}", f"choose from {words.listed(known)}")
+    data_checks.check_usable(recording)
+    recording = time_stamps.with_mended_stamps(recording)
     for name, axis in recording.axes.items():
         problem = pose(recording, name, network=network, tries=tries, seed=seed, note=on_note)
         rows = []

@@ -12,20 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
-from edge_ident.files import dialect
-from edge_ident.files.opening import needed, open_archive, reading, refuse_document_types
+from edge_ident.files import dialect, opening
 from edge_ident.files.table import Table, make_columns, series
-from edge_ident.support.documents import (
-    DEEPEST,
-    MOST_BYTES,
-    MOST_CELLS,
-    MOST_COLUMNS,
-    MOST_NUMBERS,
-    TooLargeError,
-    check_size,
-    check_table,
-)
-from edge_ident.support.words import brief
+from edge_ident.support import documents, words
 
 # MATLAB's files: .mat up to v7 through scipy, v7.3 and any other HDF5 through h5py.
 
@@ -48,8 +37,8 @@ def read_mat(path: Path) -> Table:
         start = file.read(_USER_BLOCK + len(_HDF5))
     if start.startswith(_HDF5) or start.endswith(_HDF5):
         return read_hdf5(path)
-    io = needed("scipy.io", "mat", str(path))
-    with reading(str(path), ".mat"):
+    io = opening.needed("scipy.io", "mat", str(path))
+    with opening.reading(str(path), ".mat"):
         check_mat(path)
         held = io.loadmat(path, simplify_cells=True)
         arrays = {name: array for key, value in held.items() if not key.startswith("__")
@@ -79,7 +68,7 @@ def read_hdf5(path: Path) -> Table:
     DataError
         As `read_mat`.
     """
-    h5py = needed("h5py", "mat", str(path))
+    h5py = opening.needed("h5py", "mat", str(path))
     arrays: Arrays = {}
     sizes: list[int] = []
 
@@ -87,15 +76,15 @@ def read_hdf5(path: Path) -> Table:
         if not isinstance(item, h5py.Dataset) or name.startswith("#") or item.size < 2:
             return
         sizes.append(max(item.size, item.nbytes // np.dtype(np.float64).itemsize))
-        check_size("columns", len(sizes), MOST_COLUMNS)
-        check_size("numbers", sum(sizes), MOST_NUMBERS)
+        documents.check_size("columns", len(sizes), documents.MOST_COLUMNS)
+        documents.check_size("numbers", sum(sizes), documents.MOST_NUMBERS)
         unit = item.attrs.get("unit", item.attrs.get("units", ""))
         unit = unit.decode() if isinstance(unit, bytes) else str(unit)
         heading = name.replace("/", ".") + (f" [{unit}]" if unit else "")
         if "MATLAB_class" not in item.attrs or item.attrs["MATLAB_class"] != b"char":
             arrays[heading] = item[()]
 
-    with reading(str(path), "HDF5"), h5py.File(path, "r") as file:
+    with opening.reading(str(path), "HDF5"), h5py.File(path, "r") as file:
         file.visititems(take)
     return series(str(path), arrays, "HDF5")
 
@@ -114,13 +103,13 @@ def read_tdms(path: Path) -> Table:
         The file is damaged, npTDMS is missing, or no two channels have the same length.
     TooLargeError
     """
-    nptdms = needed("nptdms", "tdms", str(path))
+    nptdms = opening.needed("nptdms", "tdms", str(path))
     arrays: dict[str, NDArray[np.generic]] = {}
     periods = set()
-    with reading(str(path), ".tdms"), nptdms.TdmsFile.open(path) as file:
+    with opening.reading(str(path), ".tdms"), nptdms.TdmsFile.open(path) as file:
         channels = [channel for group in file.groups() for channel in group.channels()]
-        check_size("columns", len(channels), MOST_COLUMNS)
-        check_size("numbers", sum(map(len, channels)), MOST_NUMBERS)
+        documents.check_size("columns", len(channels), documents.MOST_COLUMNS)
+        documents.check_size("numbers", sum(map(len, channels)), documents.MOST_NUMBERS)
         often = Counter(channel.name for channel in channels)
         for channel in channels:
             unit = channel.properties.get("unit_string", "")
@@ -179,19 +168,21 @@ class _Walk:
                 inner = _Bytes(_unpacked(file, length))
                 kind, length = self._whole(inner.take(4)), self._whole(inner.take(4))
                 self._unpacked += length
-                check_size("bytes unpacked", self._unpacked, MOST_BYTES)
+                documents.check_size("bytes unpacked", self._unpacked, documents.MOST_BYTES)
             else:
                 inner = _Bytes(_parts(file, length))
             if kind != _MATRIX:
                 raise ValueError(f"what should be an array is an element of type {kind}")
-            self._matrix(inner, length, DEEPEST)
+            self._matrix(inner, length, documents.DEEPEST)
             file.seek(end)
 
     def _matrix(self, data: "_Bytes", length: int, levels: int) -> None:
         if not levels:
-            raise TooLargeError(f"it is nested too deeply: at most {DEEPEST} levels are read")
+            raise documents.TooLargeError(
+                f"it is nested too deeply: at most {documents.DEEPEST} levels are read"
+            )
         self._arrays += 1
-        check_size("arrays", self._arrays, MOST_CELLS // 10)
+        documents.check_size("arrays", self._arrays, documents.MOST_CELLS // 10)
         end = data.taken + length
         if not length:
             return
@@ -205,7 +196,7 @@ class _Walk:
             width = self._whole(self._element(data, end))
             stated *= len(self._element(data, end)) // max(width, 1)
         self._numbers += 0 if kind == _SPARSE else stated
-        check_size("numbers", self._numbers, MOST_NUMBERS)
+        documents.check_size("numbers", self._numbers, documents.MOST_NUMBERS)
         inside = 0
         while end - data.taken >= 8:
             of, size = self._tag(data)
@@ -233,7 +224,7 @@ class _Walk:
         if short := first >> 16:
             return data.take(4)[:short]
         size = self._whole(data.take(4))
-        check_size("bytes in a name", size, _PART_BYTES)
+        documents.check_size("bytes in a name", size, _PART_BYTES)
         if size > end - data.taken:
             raise ValueError("a name is longer than what holds it")
         return data.take(size + -size % 8)[:size]
@@ -303,16 +294,16 @@ def read_xlsx(path: Path) -> Table:
         The file is damaged, openpyxl is missing, there is no table, or it has a bad cell.
     TooLargeError
     """
-    openpyxl = needed("openpyxl", "xlsx", str(path))
-    with reading(str(path), ".xlsx"):
-        with open_archive(path) as archive:
-            refuse_document_types(archive)
+    openpyxl = opening.needed("openpyxl", "xlsx", str(path))
+    with opening.reading(str(path), ".xlsx"):
+        with opening.open_archive(path) as archive:
+            opening.refuse_document_types(archive)
         sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
         sheet.reset_dimensions()  # what a file states of them is often a whole sheet
         title = str(sheet.title)
         rows = list(_rows(sheet.iter_rows(values_only=True)))
     width = dialect.width_of(_WRITTEN, [row for _, row in rows])
-    check_table(width, len(rows))
+    documents.check_table(width, len(rows))
     layout = dialect.lay_out(str(path), rows, width, _WRITTEN.is_value)
     table = [(i, row) for i, row in rows if i >= layout.first_row]
     values = np.array([_values(path, layout, number, row) for number, row in table]).T
@@ -347,7 +338,8 @@ def _values(path: Path, layout: dialect.Layout, number: int, row: list[str]) -> 
         cell = row[c] if c < len(row) else ""
         if not _WRITTEN.is_value(cell):
             raise DataError(
-                f"{path}, row {number}, column {layout.headings[c]}: {brief(cell)} is not a number",
+                f"{path}, row {number}, column {layout.headings[c]}: {words.brief(cell)} is not a "
+                "number",
                 "correct the cell, or remove the row",
             )
         if _WRITTEN.is_number(cell):
@@ -367,16 +359,16 @@ def _rows(given: Iterable[tuple[object, ...]]) -> Iterator[tuple[int, list[str]]
     """Rows that hold anything, by their number, without the empty cells at their end."""
     cells = 0
     for number, row in enumerate(given, start=1):
-        check_size("rows", number, _MOST_ROWS)
+        documents.check_size("rows", number, _MOST_ROWS)
         if not row:
             continue
         cells += len(row)
-        check_size("cells", cells, MOST_CELLS)
+        documents.check_size("cells", cells, documents.MOST_CELLS)
         held = [_text(cell) for cell in row]
         while held and not held[-1]:
             held.pop()
         if held:
-            check_size("columns", len(held), MOST_COLUMNS)
+            documents.check_size("columns", len(held), documents.MOST_COLUMNS)
             yield number, held
 
 

@@ -16,15 +16,7 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.files.opening import needed, open_archive, reading
 from edge_ident.files.table import LOOKED_AT, Column, Table, make_columns, series
-from edge_ident.support.documents import (
-    MOST_COLUMNS,
-    MOST_NUMBERS,
-    TooLargeError,
-    check_size,
-    check_table,
-    no_file,
-    read_document,
-)
+from edge_ident.support import documents
 
 # Module and function of every format but text, by the ending of the name.
 _READERS: Final = {
@@ -86,7 +78,7 @@ def read_table(
     """
     try:
         return joined_stamps(_table(source, delimiter, decimal, topic))
-    except TooLargeError as error:
+    except documents.TooLargeError as error:
         raise DataError(f"{source}: {error}", _LESS) from error
     except MemoryError as error:
         raise DataError(f"{source}: there is not enough memory to read it", _LESS) from error
@@ -99,7 +91,7 @@ def _table(source: Any, delimiter: str | None, decimal: str | None, topic: str |
     if (path / _BAG_OF_ROS_2).is_file():
         return _read("bags", "read_bag", path, topic)
     if not path.is_file():
-        raise DataError(no_file(path), _recording_in(path) or _ANY)
+        raise DataError(documents.no_file(path), _recording_in(path) or _ANY)
     ending = path.suffix.lower()
     if ending in _READERS:
         module, function = _READERS[ending]
@@ -166,7 +158,7 @@ def _check_arrays(archive: zipfile.ZipFile) -> None:
     for name in archive.namelist():
         with archive.open(name) as member:
             numbers += _stated_numbers(member)
-        check_size("numbers", numbers, MOST_NUMBERS)
+        documents.check_size("numbers", numbers, documents.MOST_NUMBERS)
 
 
 def _stated_numbers(member: IO[bytes]) -> int:
@@ -227,9 +219,9 @@ def read_parquet(path: Path) -> Table:
     with reading(str(path), "Parquet"):
         with parquet.ParquetFile(path) as file:
             schema, metadata = file.schema_arrow, file.metadata
-        check_table(len(schema), metadata.num_rows)
+        documents.check_table(len(schema), metadata.num_rows)
         lists = [field.name for field in schema if _is_list(field)]
-        check_size("numbers", _stated(metadata, lists), MOST_NUMBERS)
+        documents.check_size("numbers", _stated(metadata, lists), documents.MOST_NUMBERS)
         text = [field.name for field in schema if _is_text(field)]
         with parquet.ParquetFile(path, read_dictionary=text) as file:
             read = [f.name for f in schema if not f.type.num_fields or f.name in lists]
@@ -271,7 +263,7 @@ def _places(name: str, column: Any, names: Sequence[str]) -> dict[str, NDArray[n
         return {name: _NOTHING}
     if len(set(column.combine_chunks().value_lengths().to_pylist())) > 1:
         return {name: _NOTHING}
-    check_size("columns", width, MOST_COLUMNS)
+    documents.check_size("columns", width, documents.MOST_COLUMNS)
     if len(names) != width:
         names = [str(place) for place in range(1, width + 1)]
     rows = flat.reshape(len(column), width)
@@ -283,7 +275,7 @@ def _names_of_places(path: Path, name: str) -> list[str]:
     for folder in path.resolve().parents[:3]:
         if (description := folder / "meta" / "info.json").is_file():
             try:
-                names = json.loads(read_document(description))["features"][name]["names"]
+                names = json.loads(documents.read_document(description))["features"][name]["names"]
             except (KeyError, OSError, TypeError, ValueError):
                 return []
             names = next(iter(names.values()), []) if isinstance(names, dict) else names

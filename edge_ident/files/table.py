@@ -10,13 +10,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.units import known_unit
-from edge_ident.support.documents import (
-    MOST_CHARACTERS,
-    MOST_COLUMNS,
-    MOST_NUMBERS,
-    check_size,
-    check_table,
-)
+from edge_ident.support import documents
 
 Array = NDArray[np.float64]
 
@@ -99,8 +93,10 @@ def make_columns(
         They are more than are read, or a heading is longer.
     """
     headings, made = list(headings), []
-    check_size("columns", len(headings), MOST_COLUMNS)
-    check_size("characters in a heading", max(map(len, headings), default=0), MOST_CHARACTERS)
+    documents.check_size("columns", len(headings), documents.MOST_COLUMNS)
+    documents.check_size(
+        "characters in a heading", max(map(len, headings), default=0), documents.MOST_CHARACTERS
+    )
     for heading, written, numbers, given in zip(
         unique(headings), headings, values, units, strict=True
     ):
@@ -128,8 +124,10 @@ def series(source: str, arrays: Mapping[str, NDArray[np.generic]], how: str) -> 
     TooLargeError
         There are more numbers than are read.
     """
-    check_size("columns", len(arrays), MOST_COLUMNS)
-    check_size("numbers", sum(array.size for array in arrays.values()), MOST_NUMBERS)
+    documents.check_size("columns", len(arrays), documents.MOST_COLUMNS)
+    documents.check_size(
+        "numbers", sum(array.size for array in arrays.values()), documents.MOST_NUMBERS
+    )
     split, left_out = _split(arrays)
     lengths = [len(values) for _, values in split.values()]
     length = max(set(lengths), key=lambda n: (min(lengths.count(n), 2), n), default=0)
@@ -369,7 +367,7 @@ def merged(series: Sequence[Series], clock: str, clock_unit: str | None) -> tupl
     TooLargeError
     """
     stamps = np.unique(np.concatenate([each.stamps for each in series]))
-    check_table(len(series) + 1, len(stamps))
+    documents.check_table(len(series) + 1, len(stamps))
     arrays = [stamps]
     for each in series:
         values = np.full(len(stamps), np.nan)

@@ -19,15 +19,11 @@ from edge_ident.diagnosis.measures import OUTLIER, worth_naming
 from edge_ident.diagnosis.prepare import bandwidth
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.errors import DataError
-from edge_ident.estimation import effort_checks, trust
-from edge_ident.estimation.compensation import CompensatedAxis
-from edge_ident.estimation.least_squares import Columns, coloured_std, solve
+from edge_ident.estimation import compensation, effort_checks, least_squares, trust
 from edge_ident.model.model import PARAMETERS, Estimate, Term, regressor_rows
 from edge_ident.model.motion import Array, Motion
-from edge_ident.signals.conditioning import decimated
+from edge_ident.signals import conditioning, metrics, timing
 from edge_ident.signals.filters import differentiate, lowpass
-from edge_ident.signals.metrics import rms
-from edge_ident.signals.timing import Shift, slow, solve_shift
 
 # Signals in which noise is small enough to see what the base model lacks.
 #
@@ -68,7 +64,7 @@ class ComparedSignals:
         Variance of the noise in the effort, and of that of the encoder in the acceleration.
     """
 
-    columns: Columns
+    columns: least_squares.Columns
     effort: Array
     rates: Array
     position: Array
@@ -79,7 +75,7 @@ class ComparedSignals:
     noise: tuple[float, float]
 
     @classmethod
-    def of(cls, axis: CompensatedAxis) -> "ComparedSignals":
+    def of(cls, axis: compensation.CompensatedAxis) -> "ComparedSignals":
         """Filter an axis."""
         signals, recorded_s = axis.signals, axis.signals.recorded_period_s
         count, noise = signals.encoder_count, signals.position_noise
@@ -101,7 +97,7 @@ class ComparedSignals:
         del smooth_motion, motion, jerk, velocity, acceleration  # they are large
         columns = band.lowpass(columns * weight, period_s)[:, samples]
         whole = cls(
-            columns=Columns(columns[:4].T.copy()),
+            columns=least_squares.Columns(columns[:4].T.copy()),
             effort=effort,
             rates=np.column_stack([*columns[4:], effort_rate]),
             position=position[samples],
@@ -118,7 +114,7 @@ class ComparedSignals:
         """The same without the first samples."""
         return replace(
             self,
-            columns=Columns(self.regressor[start:]),
+            columns=least_squares.Columns(self.regressor[start:]),
             effort=self.effort[start:],
             rates=self.rates[start:],
             position=self.position[start:],
@@ -129,10 +125,10 @@ class ComparedSignals:
         """Whether the base model of later samples leaves more at the start than noise can be."""
         begun = len(self.effort) - len(later.effort)
         left = (self.effort - self.regressor @ later.parameters)[:begun]
-        far_off = np.abs(left) > OUTLIER * rms(later.residual)
+        far_off = np.abs(left) > OUTLIER * metrics.rms(later.residual)
         return worth_naming(left[far_off], self.effort)
 
-    def with_effort(self, axis: CompensatedAxis) -> "ComparedSignals":
+    def with_effort(self, axis: compensation.CompensatedAxis) -> "ComparedSignals":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
         effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
@@ -155,7 +151,7 @@ class ComparedSignals:
     def fit(self) -> Estimate:
         """Least squares, with deviations by noise."""
         deviation = float(np.sqrt(self.noise[1]))
-        return solve(self.columns, self.effort, acceleration_noise=deviation)
+        return least_squares.solve(self.columns, self.effort, acceleration_noise=deviation)
 
     def model_error(self, std: Array) -> Array:
         """Deviation (4,) by model error of parameters whose noise has deviations std (4,)."""
@@ -182,9 +178,9 @@ class ComparedSignals:
         """Deviation in s of a shift that is fitted with the base model's parameters."""
         length = max(float(np.linalg.norm(self.rate)), _TINY)
         columns = np.column_stack([self.columns.unit, self.rate / length])
-        return float(coloured_std(columns, self.residual)[-1]) / length
+        return float(least_squares.coloured_std(columns, self.residual)[-1]) / length
 
-    def shift(self, sampling_s: float) -> Shift:
+    def shift(self, sampling_s: float) -> timing.Shift:
         """Time by which the effort is recorded late, to first order.
 
         Parameters
@@ -194,7 +190,7 @@ class ComparedSignals:
         """
         rate = np.zeros_like(self.regressor)
         rate[:, :2] = self.rates[:, :2]
-        return solve_shift(self.regressor, rate, self.effort, -self.rates[:, 2], sampling_s)
+        return timing.solve_shift(self.regressor, rate, self.effort, -self.rates[:, 2], sampling_s)
 
 
 def _remember(effects: tuple[Term, ...]) -> bool:
@@ -206,7 +202,7 @@ def _remember(effects: tuple[Term, ...]) -> bool:
     return remembers(effects)
 
 
-def _band(axis: CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
+def _band(axis: compensation.CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
     """The band in which noise is balanced, and the power density of the effort's own noise."""
     signals, sampling = axis.signals, axis.signals.sampling
     period_s, widest_hz = signals.recorded_period_s, signals.cutoff_hz
@@ -215,7 +211,7 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
     else:
         white = bandwidth.white_noise(axis.effort, axis.position, widest_hz, period_s)
     density = 2.0 * period_s * white**2
-    part = decimated(len(signals.effort), widest_hz, signals.period_s)
+    part = conditioning.decimated(len(signals.effort), widest_hz, signals.period_s)
     found = np.linalg.lstsq(signals.regressor[part], signals.effort[part], rcond=None)[0]
     return bandwidth.balanced_band(
         abs(float(found[0])), noise, density, widest_hz, period_s
@@ -223,7 +219,7 @@ def _band(axis: CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
 
 
 def _effort(
-    axis: CompensatedAxis,
+    axis: compensation.CompensatedAxis,
     band: bandwidth.Band,
     weight: Array,
     period_s: float,
@@ -234,7 +230,7 @@ def _effort(
     motion_hz = band.motion_hz(signals.recorded_period_s)
     in_step = lowpass(axis.effort, motion_hz, signals.period_s, delay_s=axis.shift_s)
     in_step = (in_step - axis.effects_unfiltered)[:: round(period_s / signals.period_s)]
-    rate = np.gradient(slow(in_step, signals.cutoff_hz, period_s), period_s)
+    rate = np.gradient(timing.slow(in_step, signals.cutoff_hz, period_s), period_s)
     filtered = band.lowpass(np.stack([in_step, rate]) * weight, period_s)[:, at]
     return filtered[0], filtered[1]
 
@@ -248,7 +244,7 @@ def _samples(
     recorded_s: float,
 ) -> tuple[NDArray[np.intp], int]:
     """Samples of known direction, decimated; and how many of them lie before the run-in's end."""
-    samples = decimated(len(weight), band.cutoff_hz, period_s)
+    samples = conditioning.decimated(len(weight), band.cutoff_hz, period_s)
     samples = samples[lowpass(weight, band.cutoff_hz, period_s)[samples] > bandwidth.LEAST_WEIGHT]
     samples = samples[~aliased[samples]]
     start = int(np.searchsorted(samples, bandwidth.run_in(position)))
@@ -285,7 +281,7 @@ _NEARBY: Final = 128  # samples beside a reversal that are looked at first, befo
 
 
 def direction_unknown(
-    axis: CompensatedAxis, velocity: Array, noise: float, stride: int
+    axis: compensation.CompensatedAxis, velocity: Array, noise: float, stride: int
 ) -> NDArray[np.bool_]:
     """Samples, every stride-th, in standstills or within the encoder noise of a reversal."""
     position = np.ascontiguousarray(axis.position[::stride])
@@ -400,7 +396,7 @@ class Adequacy:
 def judge(compared: ComparedSignals) -> Adequacy:
     """Judge the base model."""
     unit, length, found = compared.columns.unit, compared.columns.length, compared.parameters
-    left, scale = rms(compared.residual), max(rms(compared.effort), _TINY)
+    left, scale = metrics.rms(compared.residual), max(metrics.rms(compared.effort), _TINY)
     noise = float(np.sqrt(compared.noise[0] + found[0] ** 2 * compared.noise[1]))
     normal = unit.T @ unit + 1e-10 * np.eye(len(PARAMETERS))
     std = noise * np.sqrt(np.diag(np.linalg.inv(normal))) / length

@@ -26,12 +26,9 @@ from edge_ident.identification.answer import AxisEstimates, answer
 from edge_ident.identification.result import Identification
 from edge_ident.model.model import Estimate, Model
 from edge_ident.model.motion import EVEN_SHIFT, LARGEST_SHIFT, NO_SHIFT, Array, Timing
-from edge_ident.signals.conditioning import Signals, choose_cutoff, count_and_noise
-from edge_ident.signals.data_checks import check_usable
+from edge_ident.signals import conditioning, data_checks, metrics, recording_files
 from edge_ident.signals.filters import LONG, any_of, decimate, kept, parts_of
-from edge_ident.signals.metrics import relative_residual
 from edge_ident.signals.recording import AxisRecord, Recording, Sampling
-from edge_ident.signals.recording_files import Given
 from edge_ident.signals.time_stamps import EvenGrid, with_mended_stamps
 from edge_ident.signals.timing import smallest_at, within_limits
 from edge_ident.support.stopwatch import Stopwatch
@@ -45,7 +42,7 @@ Progress = Callable[[str, int, int], None]
 
 
 def identify(
-    recording: "Given | Iterable[Given]",
+    recording: "recording_files.Given | Iterable[recording_files.Given]",
     network: Network | str | PathLike[str] | None = None,
     *,
     model: "GivenModel | None" = None,
@@ -100,7 +97,7 @@ def identify(
     """
     recording, model = _given(recording, model)
     network = None if network is None else given_network(network)
-    check_usable(recording)
+    data_checks.check_usable(recording)
     watch = stopwatch or Stopwatch()
     with watch.stage("signals"):
         recording = with_mended_stamps(recording)
@@ -124,7 +121,7 @@ def identify(
 
 
 def _given(
-    recording: "Given | Iterable[Given]", model: "GivenModel | None"
+    recording: "recording_files.Given | Iterable[recording_files.Given]", model: "GivenModel | None"
 ) -> tuple[Recording, Model | None]:
     """The recording and the model that are meant; what finds that out loads where it has to."""
     if not isinstance(recording, Recording):
@@ -233,7 +230,7 @@ def _left(estimate: Estimate, axis: CompensatedAxis, part: EstimationPart) -> fl
     """Relative residual of an estimate on a part of the samples, as a share of the whole effort."""
     known = axis.effects_effort[part.samples]
     modelled = part.columns.values @ estimate.parameters
-    return relative_residual(axis.signals.effort[part.samples] + known, modelled + known)
+    return metrics.relative_residual(axis.signals.effort[part.samples] + known, modelled + known)
 
 
 # The effort of an axis in step with its motion, before anything is known but the base model.
@@ -386,8 +383,8 @@ def at_needed_rate(recording: Recording) -> Recording:
 def _sampling(axis: AxisRecord, grid: EvenGrid) -> Sampling:
     """What the samples as recorded tell, before decimation."""
     position, effort = grid.resampled(axis.position), grid.resampled(axis.effort)
-    count, noise = count_and_noise(position)
-    cutoff_hz = choose_cutoff(position, grid.period_s, noise)
+    count, noise = conditioning.count_and_noise(position)
+    cutoff_hz = conditioning.choose_cutoff(position, grid.period_s, noise)
     effort_noises = [
         white_noise(*parts, cutoff_hz, grid.period_s)
         for parts in zip(parts_of(effort), parts_of(position), strict=True)
@@ -432,7 +429,7 @@ def _decimated(axis: AxisRecord, grid: EvenGrid, sampling: Sampling, stride: int
 
 
 def network_input(
-    signals: Signals, axis: AxisRecord, network: Network | None, watch: Stopwatch
+    signals: conditioning.Signals, axis: AxisRecord, network: Network | None, watch: Stopwatch
 ) -> Subsampled | str:
     """What the network is to read of an axis, or why it cannot read it.
 

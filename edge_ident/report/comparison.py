@@ -8,20 +8,17 @@ import numpy as np
 
 from edge_ident.baselines.comparison import AxisComparison, Comparison, Row
 from edge_ident.model.model import NORMAL_95, PARAMETERS, Estimate
-from edge_ident.report.chart import Chart, Layer, Scale, around
-from edge_ident.report.documents import estimate_document
-from edge_ident.report.numbers import unit_text
-from edge_ident.report.view import Grid, Line, Part, ResultView
+from edge_ident.report import chart, documents, numbers, view
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
 
 
-def _parts(comparison: Comparison) -> Iterator[Part]:
+def _parts(comparison: Comparison) -> Iterator[view.Part]:
     """One table per axis; below it, why a method gave no answer, and the warnings of others."""
     for name, axis in comparison.axes.items():
         yield _table(name, axis)
         for remark, methods in _remarks(axis).items():
-            yield Line(f"  {', '.join(methods)}: {remark}")
+            yield view.Line(f"  {', '.join(methods)}: {remark}")
 
 
 def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
@@ -34,10 +31,10 @@ def _remarks(axis: AxisComparison) -> dict[str, list[str]]:
     return remarks
 
 
-def _table(name: str, axis: AxisComparison) -> Grid:
+def _table(name: str, axis: AxisComparison) -> view.Grid:
     units = zip(PARAMETERS, axis.units, strict=True)
     headings = [f"{parameter.split('_')[0]}\n{unit}" for parameter, unit in units]
-    return Grid(
+    return view.Grid(
         f"axis {name}: {axis.samples} samples, filtered at {axis.cutoff_hz:.3g} Hz",
         ("method", *headings, "resid.\n%", "fit", "time-\nspectral", "time\nms"),
         [(spoken(row.method).replace(" ", "\n", 1), *_cells(row)) for row in axis.rows],
@@ -77,7 +74,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
 
 def _method(row: Row, axis: AxisComparison) -> dict[str, Any]:
     return {
-        "parameters": row.estimate and estimate_document(row.estimate, axis.units),
+        "parameters": row.estimate and documents.estimate_document(row.estimate, axis.units),
         "metric": row.metric and asdict(row.metric),
         "reason": row.reason or None,
         "warnings": [asdict(finding) for finding in row.findings],
@@ -116,7 +113,7 @@ def comparison_table(comparison: Comparison) -> Table:
 _FAR: Final = 2.0
 
 
-def _charts(comparison: Comparison) -> list[list[Chart]]:
+def _charts(comparison: Comparison) -> list[list[chart.Chart]]:
     """Every method's estimate of every parameter, a row of charts per axis."""
     return [
         [_parameter(name, axis, index) for index in range(len(PARAMETERS))]
@@ -124,7 +121,7 @@ def _charts(comparison: Comparison) -> list[list[Chart]]:
     ]
 
 
-def _parameter(name: str, axis: AxisComparison, index: int) -> Chart:
+def _parameter(name: str, axis: AxisComparison, index: int) -> chart.Chart:
     """Value and 95 % interval of every method; one that lies far out stands at the edge."""
     low, high = _range(axis, index)
     layers = []
@@ -134,14 +131,15 @@ def _parameter(name: str, axis: AxisComparison, index: int) -> Chart:
         value, reach = _with_reach(row.estimate, index)
         inside, line = low <= value <= high, np.full(2, float(place))
         ends = np.array([value - reach, value + reach])
-        layers.append(Layer("line", "extended", ends, line))
+        layers.append(chart.Layer("line", "extended", ends, line))
         mark = np.clip([value], low, high)
-        layers.append(Layer("marks", "extended" if inside else "backward", mark, line[:1]))
+        layers.append(chart.Layer("marks", "extended" if inside else "backward", mark, line[:1]))
     methods = [f"{spoken(r.method)}{'' if r.estimate else ', no answer'}" for r in axis.rows]
     names = tuple("" if index else method for method in methods)  # once in a row of charts
-    return Chart(
-        "", f"axis {name}", "", (spoken(PARAMETERS[index]), unit_text(axis.units[index])), ("", ""),
-        Scale(low, high), Scale(len(names) - 0.5, -0.5, names=names), tuple(layers),
+    return chart.Chart(
+        "", f"axis {name}", "",
+        (spoken(PARAMETERS[index]), numbers.unit_text(axis.units[index])), ("", ""),
+        chart.Scale(low, high), chart.Scale(len(names) - 0.5, -0.5, names=names), tuple(layers),
         height=40 + 25 * len(names),
     )  # fmt: skip
 
@@ -162,10 +160,10 @@ def _range(axis: AxisComparison, index: int) -> tuple[float, float]:
     ]
     if not shown:
         return 0.0, 1.0
-    scale = around(
+    scale = chart.around(
         np.array([end for value, reach in shown for end in (value - reach, value + reach)])
     )
     return scale.low, scale.high
 
 
-VIEW: Final = ResultView(comparison_table, _parts, _charts)
+VIEW: Final = view.ResultView(comparison_table, _parts, _charts)

@@ -5,27 +5,22 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.diagnosis import wording
-from edge_ident.diagnosis.measures import ModelFit, Validation, Verdict
-from edge_ident.diagnosis.result import Alternative, AxisDiagnosis, Cause, Diagnosis
+from edge_ident.diagnosis import measures, result, wording
 from edge_ident.estimation.trust import off_reference
 from edge_ident.model.model import PARAMETERS, AxisModel, base_axis
 from edge_ident.model.model_files import values_document
-from edge_ident.report import findings, numbers
+from edge_ident.report import error_budget, findings, numbers, view
 from edge_ident.report.chart import Chart, of_axes
-from edge_ident.report.error_budget import budget_parts
 from edge_ident.report.page import diagnosis_charts
-from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Tone, next_lines
+from edge_ident.support import next_step, words
 from edge_ident.support.documents import finite
-from edge_ident.support.next_step import NOTHING_DONE, PAGE, Done, whole_step
 from edge_ident.support.rows import Cell, Table, table_of
-from edge_ident.support.words import spoken
 
-TONES: Final[dict[Verdict, Tone]] = {
-    Verdict.ADEQUATE: "good",
-    Verdict.EXPLAINED: "good",
-    Verdict.PARTLY_EXPLAINED: "doubt",
-    Verdict.UNEXPLAINED: "bad",
+TONES: Final[dict[measures.Verdict, view.Tone]] = {
+    measures.Verdict.ADEQUATE: "good",
+    measures.Verdict.EXPLAINED: "good",
+    measures.Verdict.PARTLY_EXPLAINED: "doubt",
+    measures.Verdict.UNEXPLAINED: "bad",
 }
 
 
@@ -36,14 +31,14 @@ _ELSEWHERE: Final = (
     "diagnose both recordings together to see in what they differ: edge-ident diagnose FIRST SECOND"
 )
 _UNKNOWN: Final = (
-    f"see where the error is largest: {PAGE}; check units and sign, and record "
+    f"see where the error is largest: {next_step.PAGE}; check units and sign, and record "
     "several speeds, both ways, over the whole stroke"
 )
 
 
 def diagnosis_answer(
-    found: Diagnosis, done: Done = NOTHING_DONE, *, details: bool = False
-) -> Answer:
+    found: result.Diagnosis, done: next_step.Done = next_step.NOTHING_DONE, *, details: bool = False
+) -> view.Answer:
     """Verdict of each axis and next steps in a few lines, a table of parameters, then remarks.
 
     Parameters
@@ -55,30 +50,30 @@ def diagnosis_answer(
         Evidence, alternatives, both models and what could not be tested, below.
     """
     every = (step for name in found.axes for step in _steps(name, found))
-    steps = findings.distinct(whole_step(step, done) for step in every)
-    parts: list[Part] = []
+    steps = findings.distinct(next_step.whole_step(step, done) for step in every)
+    parts: list[view.Part] = []
     for name, axis in found.axes.items():
         off = off_reference(axis.findings)
-        parts += [] if off is None else [Line(off.message, f"axis {name}", "doubt")]
+        parts += [] if off is None else [view.Line(off.message, f"axis {name}", "doubt")]
         said = wording.diagnosed_sentence(axis)
-        parts.append(Line(said, f"axis {name}", TONES[axis.verdict], " "))
-        parts += [] if details else budget_parts(axis.budget, "  ")
+        parts.append(view.Line(said, f"axis {name}", TONES[axis.verdict], " "))
+        parts += [] if details else error_budget.budget_parts(axis.budget, "  ")
     for name, axis in found.axes.items():
         parts += findings.blocking_lines(name, axis.findings, "no cause is named")
     parts += _validated(found)
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
-    parts += [*next_lines(steps or [_NOTHING]), numbers.parameter_grid(found.model, lines)]
-    return Answer((*parts, *(diagnosis_parts(found) if details else _remarks(found))))
+    parts += [*view.next_lines(steps or [_NOTHING]), numbers.parameter_grid(found.model, lines)]
+    return view.Answer((*parts, *(diagnosis_parts(found) if details else _remarks(found))))
 
 
-def _validated(found: Diagnosis) -> Iterator[Line]:
+def _validated(found: result.Diagnosis) -> Iterator[view.Line]:
     for name, of_axis in found.validation.items():
         base, extended = wording.percent(of_axis.base), wording.percent(of_axis.extended)
         said = f"axis {name}, the base model leaves {base} and the extended one {extended}"
-        yield Line(said, "on the recording for validation", "strong")
+        yield view.Line(said, "on the recording for validation", "strong")
 
 
-def _steps(name: str, found: Diagnosis) -> Iterator[str]:
+def _steps(name: str, found: result.Diagnosis) -> Iterator[str]:
     axis = found.axes[name]
     mends = findings.blocking_steps(axis.findings)
     yield from mends
@@ -87,15 +82,15 @@ def _steps(name: str, found: Diagnosis) -> Iterator[str]:
     yield findings.look_at(name, axis.causes)
     for cause in axis.causes[:1]:
         for other in cause.inseparable[:1]:
-            pair = f"{spoken(cause.term.effect)} from {spoken(other.effect)}"
+            pair = f"{words.spoken(cause.term.effect)} from {words.spoken(other.effect)}"
             yield f"to tell {pair}, record {other.experiment}"
     if not axis.verdict.complete and not mends:
         yield _ELSEWHERE if wording.only_elsewhere(name, found) else _UNKNOWN
 
 
-def _remarks(found: Diagnosis) -> Iterator[Line]:
+def _remarks(found: result.Diagnosis) -> Iterator[view.Line]:
     for finding in found.data_quality:
-        yield Line(f"axis {finding.axis}: {finding.message}", finding.code, "doubt")
+        yield view.Line(f"axis {finding.axis}: {finding.message}", finding.code, "doubt")
     others = {
         name: tuple(f for f in axis.findings if f is not off_reference(axis.findings))
         for name, axis in found.axes.items()
@@ -106,7 +101,7 @@ def _remarks(found: Diagnosis) -> Iterator[Line]:
 # All of it: evidence, alternatives, both models, and what could not be tested.
 
 
-def _charts(diagnosis: Diagnosis) -> list[list[Chart]]:
+def _charts(diagnosis: result.Diagnosis) -> list[list[Chart]]:
     """All of the time, and beside it the part that the causes change most; axis below axis."""
     rows = []
     for name, axis in diagnosis.axes.items():
@@ -117,64 +112,64 @@ def _charts(diagnosis: Diagnosis) -> list[list[Chart]]:
     return rows
 
 
-def diagnosis_parts(diagnosis: Diagnosis) -> Iterator[Part]:
+def diagnosis_parts(diagnosis: result.Diagnosis) -> Iterator[view.Part]:
     """Defects of the data, then each axis: verdict, causes, alternatives, and both models."""
     for finding in diagnosis.data_quality:
-        yield Line(f"axis {finding.axis}: {finding.message}", finding.code, "doubt", ", ")
+        yield view.Line(f"axis {finding.axis}: {finding.message}", finding.code, "doubt", ", ")
     for name in diagnosis.axes:
         yield from axis_parts(name, diagnosis)
 
 
-def axis_parts(name: str, diagnosis: Diagnosis) -> Iterator[Part]:
+def axis_parts(name: str, diagnosis: result.Diagnosis) -> Iterator[view.Part]:
     """All that was found of an axis."""
     axis = diagnosis.axes[name]
-    yield Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
-    yield from budget_parts(axis.budget, "  ")
+    yield view.Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
+    yield from error_budget.budget_parts(axis.budget, "  ")
     yield from findings.finding_lines(axis.findings)
     if axis.causes:
         yield causes_grid(axis)
     for cause in axis.causes:
         yield from _why(cause, axis)
-    yield from (Line(f"  {sentence}") for sentence in wording.not_accepted(axis))
-    yield from (Line(f"  {wording.refused_sentence(refused)}") for refused in axis.refused)
+    yield from (view.Line(f"  {sentence}") for sentence in wording.not_accepted(axis))
+    yield from (view.Line(f"  {wording.refused_sentence(refused)}") for refused in axis.refused)
     yield models_grid(name, diagnosis)
     beside = " beside the causes" if axis.causes else ""
     for experiment, effects in wording.not_testable(axis).items():
-        yield Line(f"  not testable{beside}: {', '.join(effects)}; record {experiment}")
+        yield view.Line(f"  not testable{beside}: {', '.join(effects)}; record {experiment}")
     if wording.can_be_planned(axis, len(diagnosis.axes)):
-        yield Line("  edge-ident plan designs a motion that shows them, from this recording")
+        yield view.Line("  edge-ident plan designs a motion that shows them, from this recording")
 
 
-def causes_grid(axis: AxisDiagnosis) -> Grid:
+def causes_grid(axis: result.AxisDiagnosis) -> view.Grid:
     """A row for each cause."""
     headings = "cause", "reduction of\nheld-out residual", "share of\nthe effort", "parameters"
     rows = [
         (
-            spoken(cause.term.effect),
+            words.spoken(cause.term.effect),
             "\n".join(wording.gain(cause)),
             wording.percent(cause.share),
             "\n".join(wording.values(cause.term, axis.model)),
         )
         for cause in axis.causes
     ]
-    return Grid("", headings, rows, plain=True)
+    return view.Grid("", headings, rows, plain=True)
 
 
-def _why(cause: Cause, axis: AxisDiagnosis) -> Iterator[Line]:
-    yield Line(f"  {spoken(cause.term.effect)}: {cause.evidence}")
+def _why(cause: result.Cause, axis: result.AxisDiagnosis) -> Iterator[view.Line]:
+    yield view.Line(f"  {words.spoken(cause.term.effect)}: {cause.evidence}")
     if shown_in := wording.recordings_of(cause, axis):
-        yield Line(f"    it shows in {shown_in}")
-    yield Line(f"    accepted: {cause.decision}")
+        yield view.Line(f"    it shows in {shown_in}")
+    yield view.Line(f"    accepted: {cause.decision}")
     for alternative in cause.alternatives:
-        yield Line(f"    {wording.alternative_sentence(alternative)}")
+        yield view.Line(f"    {wording.alternative_sentence(alternative)}")
 
 
-def models_grid(name: str, diagnosis: Diagnosis) -> Grid:
+def models_grid(name: str, diagnosis: result.Diagnosis) -> view.Grid:
     """Both models side by side."""
     axis = diagnosis.axes[name]
     models = ("base", "extended") if axis.extends_base else ("base",)
     rows = wording.before_and_after(axis, diagnosis.validation.get(name))
-    return Grid("", ("", *models), [row[: 1 + len(models)] for row in rows], plain=True)
+    return view.Grid("", ("", *models), [row[: 1 + len(models)] for row in rows], plain=True)
 
 
 # A row for each parameter of each cause, as a data frame takes them.
@@ -185,7 +180,7 @@ NAMES = (
 )  # fmt: skip
 
 
-def cause_table(diagnosis: Diagnosis) -> Table:
+def cause_table(diagnosis: result.Diagnosis) -> Table:
     """Columns of `NAMES`; `kind` is supported, suspected or minor.
 
     An axis without a cause has one row with its verdict alone.
@@ -195,7 +190,7 @@ def cause_table(diagnosis: Diagnosis) -> Table:
     )
 
 
-def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
+def _cause_rows(name: str, axis: result.AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
     if not any(axis.by_kind.values()):
         yield name, axis.verdict.value, *(None,) * (len(NAMES) - 2)
     for kind, causes in axis.by_kind.items():
@@ -208,7 +203,7 @@ def _cause_rows(name: str, axis: AxisDiagnosis) -> Iterator[tuple[Cell, ...]]:
 # A JSON document for scripts.
 
 
-def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[str, Any]:
+def diagnosis_document(diagnosis: result.Diagnosis, model_file: Path | None) -> dict[str, Any]:
     """The document of schema edge-ident/diagnosis/2; equal diagnoses give equal documents.
 
     Parameters
@@ -230,7 +225,7 @@ def diagnosis_document(diagnosis: Diagnosis, model_file: Path | None) -> dict[st
     }
 
 
-def _axis_document(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, Any]:
+def _axis_document(name: str, axes: Mapping[str, result.AxisDiagnosis]) -> dict[str, Any]:
     axis = axes[name]
     base, extended = (fit.estimate.parameters for fit in (axis.base, axis.extended))
     return {
@@ -263,7 +258,7 @@ def _axis_document(name: str, axes: Mapping[str, AxisDiagnosis]) -> dict[str, An
     }
 
 
-def _cause_document(cause: Cause, axis: AxisModel) -> dict[str, Any]:
+def _cause_document(cause: result.Cause, axis: AxisModel) -> dict[str, Any]:
     source = {} if cause.term.source_axis is None else {"source_axis": cause.term.source_axis}
     return {
         "effect": cause.term.effect,
@@ -279,7 +274,7 @@ def _cause_document(cause: Cause, axis: AxisModel) -> dict[str, Any]:
     }
 
 
-def _alternative_document(alternative: Alternative, axis: AxisModel) -> dict[str, Any]:
+def _alternative_document(alternative: result.Alternative, axis: AxisModel) -> dict[str, Any]:
     found = alternative.term
     return {
         "effect": alternative.effect,
@@ -290,7 +285,7 @@ def _alternative_document(alternative: Alternative, axis: AxisModel) -> dict[str
     }
 
 
-def _fit_document(fit: ModelFit, axis: AxisModel) -> dict[str, Any]:
+def _fit_document(fit: measures.ModelFit, axis: AxisModel) -> dict[str, Any]:
     base, line = (base_axis(e, *axis.units) for e in (fit.estimate, fit.effective or fit.estimate))
     effective = values_document(line.terms[0], line)
     return {
@@ -306,7 +301,7 @@ def _seen_there(residual: float, friction_anew: float) -> dict[str, float]:
     return {"relative_residual": residual, "relative_residual_with_friction_anew": friction_anew}
 
 
-def _validation_document(validation: Validation) -> dict[str, Any]:
+def _validation_document(validation: measures.Validation) -> dict[str, Any]:
     return {
         "base": _seen_there(validation.base, validation.friction_anew[0]),
         "extended": _seen_there(validation.extended, validation.friction_anew[1]),
@@ -325,4 +320,4 @@ def _validation_document(validation: Validation) -> dict[str, Any]:
     }
 
 
-VIEW: Final = ResultView(cause_table, diagnosis_parts, _charts)
+VIEW: Final = view.ResultView(cause_table, diagnosis_parts, _charts)

@@ -11,21 +11,10 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
 from edge_ident.identification import result
 from edge_ident.model.model import PARAMETERS, Estimate
-from edge_ident.report import numbers
-from edge_ident.report.chart import Chart, Layer, Scale, across, around, of_axes, reach
-from edge_ident.report.error_budget import budget_parts
-from edge_ident.report.findings import (
-    DESIGN_GAINS,
-    blocking_lines,
-    finding_lines,
-    identification_steps,
-    remarks,
-)
-from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, next_lines
+from edge_ident.report import chart, error_budget, findings, numbers, view
 from edge_ident.signals.metrics import quantile
-from edge_ident.support.next_step import NOTHING_DONE, Done, whole_step
+from edge_ident.support import next_step, words
 from edge_ident.support.rows import Cell, Table, table_of
-from edge_ident.support.words import listed, spoken, with_deviation
 
 # The answer of an identification: may it be trusted, what the model misses, what to do next.
 #
@@ -34,11 +23,11 @@ from edge_ident.support.words import listed, spoken, with_deviation
 
 def identification_answer(
     found: result.Identification,
-    done: Done = NOTHING_DONE,
+    done: next_step.Done = next_step.NOTHING_DONE,
     *,
     details: bool = False,
-    without_findings: str = DESIGN_GAINS,
-) -> Answer:
+    without_findings: str = findings.DESIGN_GAINS,
+) -> view.Answer:
     """Trust, model and next step in a few lines, then one table of parameters, then remarks.
 
     Parameters
@@ -51,58 +40,58 @@ def identification_answer(
     without_findings : str
         What to do next where no finding asks for anything.
     """
-    steps = identification_steps(found) or [without_findings]
-    parts: list[Part] = [
+    steps = findings.identification_steps(found) or [without_findings]
+    parts: list[view.Part] = [
         *trust_lines(found),
         *model_lines(found),
         *_budgets(found),
-        *next_lines(whole_step(step, done) for step in steps),
+        *view.next_lines(next_step.whole_step(step, done) for step in steps),
         numbers.parameter_grid(found.model, {name: axis.line for name, axis in found.axes.items()}),
     ]
-    findings = {name: axis.findings for name, axis in found.axes.items()}
-    rest = identification_parts(found) if details else remarks(findings)
-    return Answer((*parts, *rest))
+    said = {name: axis.findings for name, axis in found.axes.items()}
+    rest = identification_parts(found) if details else findings.remarks(said)
+    return view.Answer((*parts, *rest))
 
 
-def _budgets(found: result.Identification) -> Iterator[Part]:
+def _budgets(found: result.Identification) -> Iterator[view.Part]:
     """Where the effort lies that the base model misses, of axes that were diagnosed."""
     for name, axis in found.axes.items():
         if axis.budget is not None:
-            yield from budget_parts(axis.budget, f"axis {name}: ")
+            yield from error_budget.budget_parts(axis.budget, f"axis {name}: ")
 
 
-def trust_lines(found: result.Identification) -> Iterator[Line]:
+def trust_lines(found: result.Identification) -> Iterator[view.Line]:
     """What speaks against an axis, a line for each, and what of it is known nevertheless; then the
     axes that are trusted."""
     for name, axis in found.axes.items():
-        yield from blocking_lines(name, axis.findings, "not trusted")
+        yield from findings.blocking_lines(name, axis.findings, "not trusted")
         known = dict(zip(PARAMETERS, axis.effective_known, strict=True))
         if not axis.trusted and any(known.values()):
             unknown = [parameter for parameter, sure in known.items() if not sure]
             sentence = result.known_sentence([one for one in known if known[one]], unknown)
-            yield Line(sentence, f"axis {name}", "strong")
+            yield view.Line(sentence, f"axis {name}", "strong")
     if trusted := [name for name, axis in found.axes.items() if axis.trusted]:
-        yield Line(f"the parameters of {listed(trusted)}", "trusted", "good")
+        yield view.Line(f"the parameters of {words.listed(trusted)}", "trusted", "good")
 
 
-def model_lines(found: result.Identification) -> Iterator[Line]:
+def model_lines(found: result.Identification) -> Iterator[view.Line]:
     """What the model misses, a line for each axis; where it is enough, one line for all."""
     enough: dict[str, list[str]] = {}
     for name, axis in found.axes.items():
         if axis.diagnosis is None and axis.adequacy.adequate:
             enough.setdefault(_enough(axis), []).append(name)
         else:
-            yield Line(f"axis {name} {model_sentence(axis)}", "model", "strong")
+            yield view.Line(f"axis {name} {model_sentence(axis)}", "model", "strong")
     for said, names in enough.items():
         lowest_hz = min(found.axes[name].adequacy.cutoff_hz for name in names)
         axes = "axis" if len(names) == 1 else "axes"
-        where = f"on {axes} {listed(names)}, compared up to {lowest_hz:.3g} Hz"
-        yield Line(f"{said} {where}", "model", "strong")
+        where = f"on {axes} {words.listed(names)}, compared up to {lowest_hz:.3g} Hz"
+        yield view.Line(f"{said} {where}", "model", "strong")
 
 
 def _enough(axis: result.AxisIdentification) -> str:
-    model = ["rigid body", "friction", *map(spoken, axis.compensated_effects)]
-    return f"{listed(model)} are enough"
+    model = ["rigid body", "friction", *map(words.spoken, axis.compensated_effects)]
+    return f"{words.listed(model)} are enough"
 
 
 def model_sentence(axis: result.AxisIdentification) -> str:
@@ -119,7 +108,7 @@ def model_sentence(axis: result.AxisIdentification) -> str:
 
 def identification_parts(
     identification: result.Identification, diagnosis_ms: float | None = None
-) -> Iterator[Part]:
+) -> Iterator[view.Part]:
     """One table per axis, whether it is trusted, and the warnings with their next steps.
 
     Parameters
@@ -134,32 +123,32 @@ def identification_parts(
     said = f"identified in {identification.timing_ms['total'] - own_ms:.0f} ms"
     if spent_ms := own_ms if diagnosis_ms is None else diagnosis_ms:
         said += f", diagnosed in {1e-3 * spent_ms:.1f} s"
-    yield Line(said)
+    yield view.Line(said)
 
 
-def _axis(name: str, axis: result.AxisIdentification) -> Iterator[Part]:
+def _axis(name: str, axis: result.AxisIdentification) -> Iterator[view.Part]:
     yield _estimates(name, axis)
     blocking = ", ".join(finding.code for finding in axis.findings if finding.blocks)
     verdict = "trusted" if axis.trusted else f"not trusted: {blocking}"
     said = f"{axis.source.spoken} used: {axis.reason}"
-    yield Line(said, f"  {verdict}", "good" if axis.trusted else "bad", "; ")
-    yield Line(
+    yield view.Line(said, f"  {verdict}", "good" if axis.trusted else "bad", "; ")
+    yield view.Line(
         f"  relative residual {axis.metric.relative_residual:.2%} of all samples, "
         f"fit {axis.metric.fit:.3f}, time-spectral {axis.metric.time_spectral:.4f}"
     )
     if not any(finding.message.startswith(axis.adequacy.reason) for finding in axis.findings):
-        yield Line(f"  {axis.adequacy.reason}")
-    yield Line(f"  {timing_sentence(axis.timing)}")
+        yield view.Line(f"  {axis.adequacy.reason}")
+    yield view.Line(f"  {timing_sentence(axis.timing)}")
     if axis.compensated_effects:
-        yield Line(f"  compensated effects: {', '.join(axis.compensated_effects)}")
+        yield view.Line(f"  compensated effects: {', '.join(axis.compensated_effects)}")
     for term in axis.model.terms[1:]:
-        yield Line(f"    {term.effect}: {', '.join(values(term, axis.model))}")
+        yield view.Line(f"    {term.effect}: {', '.join(values(term, axis.model))}")
     if axis.network is None:
-        yield Line(f"  network: {axis.network_reason}")
-    yield from finding_lines(axis.findings)
+        yield view.Line(f"  network: {axis.network_reason}")
+    yield from findings.finding_lines(axis.findings)
 
 
-def _estimates(name: str, axis: result.AxisIdentification) -> Grid:
+def _estimates(name: str, axis: result.AxisIdentification) -> view.Grid:
     """One column for each estimate, the one that is used first."""
     columns: dict[result.ParameterSource, Estimate | None] = {
         axis.source: axis.estimate,
@@ -169,11 +158,11 @@ def _estimates(name: str, axis: result.AxisIdentification) -> Grid:
     columns[axis.source] = axis.estimate
     used = f"{axis.source.spoken} (used)"
     headings = [used, *(source.spoken for source in columns if source is not axis.source)]
-    rows = numbers.estimate_rows(list(columns.values()), axis.units, with_deviation)
+    rows = numbers.estimate_rows(list(columns.values()), axis.units, words.with_deviation)
     if axis.line is not None:
         others = [None] * (len(columns) - 1)
-        rows += numbers.effective_rows([axis.line, *others], axis.units, with_deviation)
-    return Grid(f"axis {name}", ("parameter", *headings, "unit"), rows)
+        rows += numbers.effective_rows([axis.line, *others], axis.units, words.with_deviation)
+    return view.Grid(f"axis {name}", ("parameter", *headings, "unit"), rows)
 
 
 # The identified model over time.
@@ -181,24 +170,24 @@ def _estimates(name: str, axis: result.AxisIdentification) -> Grid:
 _GAP: Final = 1.5  # sampling periods from which a line is broken: the axis stood still there
 
 
-def _charts(found: result.Identification) -> list[list[Chart]]:
-    return of_axes({name: identified_charts("", axis) for name, axis in found.axes.items()})
+def _charts(found: result.Identification) -> list[list[chart.Chart]]:
+    return chart.of_axes({name: identified_charts("", axis) for name, axis in found.axes.items()})
 
 
-def identified_charts(key: str, axis: result.AxisIdentification) -> list[Chart]:
+def identified_charts(key: str, axis: result.AxisIdentification) -> list[chart.Chart]:
     """Measured effort with the identified model, and the difference."""
     trace, unit = axis.trace, numbers.unit_text(axis.units[3])
     word, gaps = numbers.effort_word(axis.units[3]), np.append(False, _gaps(trace.time_s))
     measured = np.where(gaps, np.nan, trace.measured)
     residual = measured - trace.modelled
-    height = reach(residual)
+    height = chart.reach(residual)
     missed = (
         f"The model misses {numbers.digits(100 * axis.metric.relative_residual, 2)} % of it (rms)."
     )
-    scale = across(trace.time_s)
+    scale = chart.across(trace.time_s)
     effort = (
-        Layer("line", "measured", trace.time_s, measured, "measured"),
-        Layer(
+        chart.Layer("line", "measured", trace.time_s, measured, "measured"),
+        chart.Layer(
             "line",
             "extended",
             trace.time_s,
@@ -207,16 +196,16 @@ def identified_charts(key: str, axis: result.AxisIdentification) -> list[Chart]:
         ),
     )
     return [
-        Chart(
+        chart.Chart(
             f"{key}-effort", f"Measured {word} and what the model says",
             f"The measured {word} goes from {numbers.digits(float(np.min(trace.measured)), 3)} to "
             f"{numbers.digits(float(np.max(trace.measured)), 3)} {unit}. {missed}",
-            ("time", "s"), (word, unit), scale, around(trace.measured), effort,
+            ("time", "s"), (word, unit), scale, chart.around(trace.measured), effort,
         ),
-        Chart(
+        chart.Chart(
             f"{key}-residual", "What the model misses", missed,
-            ("time", "s"), ("error of the model", unit), scale, Scale(-height, height),
-            (Layer("line", "extended thin", trace.time_s, residual, "identified model"),),
+            ("time", "s"), ("error of the model", unit), scale, chart.Scale(-height, height),
+            (chart.Layer("line", "extended thin", trace.time_s, residual, "identified model"),),
             height=170,
         ),
     ]  # fmt: skip
@@ -245,4 +234,4 @@ def identification_table(found: result.Identification) -> Table:
     return table_of(("axis", *numbers.TERM_ROW, "known", "trusted"), rows())
 
 
-VIEW: Final = ResultView(identification_table, identification_parts, _charts)
+VIEW: Final = view.ResultView(identification_table, identification_parts, _charts)

@@ -8,21 +8,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from edge_ident.commissioning.described_drive import DescribedDrive
-from edge_ident.commissioning.latency import TARGET_MS, Profile, ProfileRun, Spread, spread
-from edge_ident.commissioning.register_access import code_name
+from edge_ident.commissioning import described_drive, latency, register_access
 from edge_ident.drive.description import drive_text
 from edge_ident.report.view import Answer, Grid, Line
 from edge_ident.support.documents import atomic_write
-from firmware_interface.board_types import MAP_CRCS
+from firmware_interface import board_types, received
 from firmware_interface.plant.hiding import Fault
-from firmware_interface.received import valid_value
 from firmware_interface.register import Register
 
 # A drive description as a document.
 
 
-def drive_document(made: DescribedDrive, file: Path) -> dict[str, Any]:
+def drive_document(made: described_drive.DescribedDrive, file: Path) -> dict[str, Any]:
     """Schema edge-ident/drive/1: under `drive` the tables and keys of the file.
 
     Parameters
@@ -80,7 +77,7 @@ def registers_document(
     return {
         "schema": "edge-ident/registers/1",
         "map_version": map_version,
-        "map_crc": MAP_CRCS[map_version],
+        "map_crc": board_types.MAP_CRCS[map_version],
         "registers": [_row(register, values.get(register.name)) for register in chosen],
     }
 
@@ -90,7 +87,7 @@ def register_lines(chosen: Sequence[Register], values: Values, map_version: int)
 
     Of a board: name, value with unit, and what it is. Of the map alone: columns separated by tabs.
     """
-    yield f"map version {map_version}, CRC {MAP_CRCS[map_version]:08x}"
+    yield f"map version {map_version}, CRC {board_types.MAP_CRCS[map_version]:08x}"
     if not values:
         yield from ("\t".join(_line(register)) for register in chosen)
         return
@@ -116,7 +113,7 @@ def _row(register: Register, values: tuple[float, ...] | None) -> dict[str, Any]
 
 def _shown(register: Register, values: tuple[float, ...]) -> str:
     """The values as a person reads them, with their unit, and whether a board may not send them."""
-    code = code_name(register, values[0]) if register.count == 1 else None
+    code = register_access.code_name(register, values[0]) if register.count == 1 else None
     whole = register.type != "f32" and register.scale == 1.0
     digits = ".0f" if whole else ".6g"
     text = code or " ".join(f"{value:{digits}}" for value in values)
@@ -134,7 +131,7 @@ def _line(register: Register) -> list[str]:
 
 def _valid(register: Register, values: tuple[float, ...]) -> bool:
     """Whether the board may send this; what a host has yet to write may be anything."""
-    return register.access == "rw" or all(valid_value(register, value) for value in values)
+    return register.access == "rw" or all(received.valid_value(register, value) for value in values)
 
 
 # The stages of a latency profile as a waterfall: each begins where the median of the last ends.
@@ -159,7 +156,7 @@ class Bar:
 
     stage: str
     begin_ms: float
-    times: Spread
+    times: latency.Spread
 
     @property
     def slow_end_ms(self) -> float:
@@ -167,17 +164,17 @@ class Bar:
         return self.begin_ms + self.times.p99
 
 
-def bars(run: ProfileRun) -> list[Bar]:
+def bars(run: latency.ProfileRun) -> list[Bar]:
     """The stages of a run one after the other, without their sum."""
     found, begin_ms = [], 0.0
     for stage, times_ms in run.stages_ms.items():
         if stage != _WHOLE:
-            found.append(Bar(stage.replace("_", " "), begin_ms, spread(times_ms)))
+            found.append(Bar(stage.replace("_", " "), begin_ms, latency.spread(times_ms)))
             begin_ms += found[-1].times.p50
     return found
 
 
-def bar_texts(run: ProfileRun) -> Iterator[str]:
+def bar_texts(run: latency.ProfileRun) -> Iterator[str]:
     """For each stage but the sum, its place in the whole as characters: the median dark, the rest
     to p99 light."""
     every = bars(run)
@@ -190,13 +187,13 @@ def bar_texts(run: ProfileRun) -> Iterator[str]:
         yield " " * begin + "█" * max(middle - begin, 1) + "░" * (end - max(middle, begin + 1))
 
 
-def save_waterfall(profile: Profile, file: Path) -> None:
+def save_waterfall(profile: latency.Profile, file: Path) -> None:
     """Write the waterfalls of all runs of a profile, one below the other, as an SVG picture."""
     from edge_ident.report.page.rendering import picture  # loads jinja2
 
     runs, top = [], 0
     for run in profile.runs:
-        every, whole = bars(run), spread(run.stages_ms[_WHOLE])
+        every, whole = bars(run), latency.spread(run.stages_ms[_WHOLE])
         title = (
             f"{run.start}, {run.precision}: {whole.p50:.1f} ms in the median, "
             f"{whole.p99:.1f} ms in 99 of 100 repetitions"
@@ -210,22 +207,22 @@ def save_waterfall(profile: Profile, file: Path) -> None:
 # A latency profile as tables.
 
 
-def profile_view(profile: Profile) -> Answer:
+def profile_view(profile: latency.Profile) -> Answer:
     """Percentiles of every stage, a table for each start and precision, and the verdict."""
     return Answer(
         (
             Line(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
             *(_stages(run) for run in profile.runs),
             Line(profile.ways),
-            Line(f"{profile.verdict} (target {TARGET_MS:.0f} ms)"),
+            Line(f"{profile.verdict} (target {latency.TARGET_MS:.0f} ms)"),
         )
     )
 
 
-def _stages(run: ProfileRun) -> Grid:
+def _stages(run: latency.ProfileRun) -> Grid:
     rows = []
     for (stage, times), bar in zip(run.stages_ms.items(), [*bar_texts(run), ""], strict=True):
-        of_stage = spread(times)
+        of_stage = latency.spread(times)
         values = (of_stage.p50, of_stage.p95, of_stage.p99, of_stage.maximum)
         rows.append((stage.replace("_", " "), *(f"{value:.2f}" for value in values), bar))
     title = f"{run.start}, {run.precision}, {run.graph.replace('_', '-')} graph (ms)"

@@ -7,10 +7,8 @@ from typing import Any, Final
 import numpy as np
 
 from edge_ident.report.view import Grid, ResultView, grid_of
-from edge_ident.signals.contract_columns import EFFORTS, parse_name
+from edge_ident.signals import contract_columns, recording_files, scale_checks
 from edge_ident.signals.recording import Array, Recording
-from edge_ident.signals.recording_files import Inspection
-from edge_ident.signals.scale_checks import check_scales
 from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.rows import Cell, Table, table_of
 
@@ -19,7 +17,7 @@ _WIDTH: Final = 60
 
 
 def import_document(
-    found: Inspection, recording: Recording | None, output: Path | None
+    found: recording_files.Inspection, recording: Recording | None, output: Path | None
 ) -> dict[str, Any]:
     """Schema edge-ident/import/1; `recording` is None where the columns are a proposal."""
     return {
@@ -48,13 +46,13 @@ def import_document(
         if recording is None
         else [
             {"code": q.code, "axis": q.axis, "message": q.message, "next_step": q.next_step}
-            for q in check_scales(recording)
+            for q in scale_checks.check_scales(recording)
         ],
         "output": None if output is None else str(output),
     }
 
 
-def inspection_lines(found: Inspection) -> Iterator[str]:
+def inspection_lines(found: recording_files.Inspection) -> Iterator[str]:
     """Columns of a file in a table of text, under one line about the file."""
     yield ", ".join(filter(None, (f"{found.source}: {found.rows} rows", found.how)))
     rows = [("column", "unit", "taken for", "because")]
@@ -89,10 +87,10 @@ def recording_lines(recording: Recording) -> Iterator[str]:
             yield f"{name} {what:8}  {sparkline(values)}  {ends}"
 
 
-def resting_lines(found: Inspection, recording: Recording) -> Iterator[str]:
+def resting_lines(found: recording_files.Inspection, recording: Recording) -> Iterator[str]:
     """The axes of a file that rest in its recording, although they have an effort."""
-    parsed = filter(None, (parse_name(use.target or "") for use in found.columns))
-    for name in (axis for axis, quantity, _ in parsed if quantity in EFFORTS):
+    parsed = filter(None, (contract_columns.parse_name(use.target or "") for use in found.columns))
+    for name in (axis for axis, quantity, _ in parsed if quantity in contract_columns.EFFORTS):
         if name in recording.passive:
             yield (
                 f"{recording.source}: axis {name} rests, and is not identified from this file; if "
@@ -102,7 +100,7 @@ def resting_lines(found: Inspection, recording: Recording) -> Iterator[str]:
 
 def scale_lines(recording: Recording) -> Iterator[str]:
     """Questions about the scale of a recording, each with its next step."""
-    for question in check_scales(recording):
+    for question in scale_checks.check_scales(recording):
         yield f"warning: axis {question.axis}: {question.message}"
         yield f"next:    {question.next_step}"
 

@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
-from edge_ident.commissioning.rounds import VERIFICATION_FILE
+from edge_ident.commissioning import identification_motions, rounds
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
 from edge_ident.commissioning.verification import Verification
@@ -15,12 +14,8 @@ from edge_ident.errors import DataError
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import Model
-from edge_ident.report.chart import Chart, Layer, Scale, across, of_axes
-from edge_ident.report.findings import distinct, remarks
-from edge_ident.report.gains import designs_parts, gain_rows, promise_grid
+from edge_ident.report import chart, findings, gains, numbers, run_documents
 from edge_ident.report.identification import identification_parts, identified_charts, model_lines
-from edge_ident.report.numbers import digits, parameter_grid
-from edge_ident.report.run_documents import purpose, run_steps
 from edge_ident.report.view import Answer, Grid, Line, Part, next_lines
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
@@ -51,8 +46,8 @@ def _answer(outcome: Outcome, device: str | None) -> Iterator[Part]:
     yield from model_lines(outcome.identification)
     if outcome.early is not None:
         yield Line(outcome.early.sentence, "motion", "strong")
-    yield from next_lines(run_steps(outcome, device))
-    yield parameter_grid(Model({n: axis.model for n, axis in outcome.answer.axes.items()}))
+    yield from next_lines(run_documents.run_steps(outcome, device))
+    yield numbers.parameter_grid(Model({n: axis.model for n, axis in outcome.answer.axes.items()}))
     if outcome.designs:
         yield _changes(outcome)
 
@@ -81,7 +76,7 @@ def _changes(outcome: Outcome) -> Grid:
     """Tracking error and gains, old and new, of every axis; what no axis changes is left out."""
     headings, banks = old_and_new(outcome)
     rows = list(_tracking_rows(outcome))
-    for row in gain_rows(banks):
+    for row in gains.gain_rows(banks):
         if row.values[::2] != row.values[1::2]:
             rows.append((row.label, *row.cells(4)))
     return Grid(f"gains, in N·m, rad and s; {_in_force(outcome)}", ("", *headings), rows)
@@ -115,7 +110,7 @@ def _tracking_rows(outcome: Outcome) -> Iterator[tuple[str, ...]]:
 
 def _remarks(outcome: Outcome) -> Iterator[Part]:
     first = outcome.identification.axes
-    yield from remarks(
+    yield from findings.remarks(
         {
             name: [finding for finding in first[name].findings if not axis.settles(finding)]
             for name, axis in outcome.answer.axes.items()
@@ -130,11 +125,11 @@ def _details(outcome: Outcome) -> Iterator[Part]:
     if outcome.separation.ended:
         yield motions_grid(outcome.separation)
     if outcome.designs:
-        yield from designs_parts(outcome.designs)
+        yield from gains.designs_parts(outcome.designs)
     if outcome.change and outcome.change.verification:
         yield tracking_grid(outcome)
     if outcome.change and outcome.change.promise:
-        yield promise_grid(outcome.change.promise)
+        yield gains.promise_grid(outcome.change.promise)
 
 
 def tracking_grid(outcome: Outcome) -> Grid:
@@ -165,25 +160,25 @@ def tracking_grid(outcome: Outcome) -> Grid:
 # How it was found out: each identification motion, and what it ruled out.
 
 
-def kind(made: IdentificationMotion) -> str:
+def kind(made: identification_motions.IdentificationMotion) -> str:
     """What a motion is, in a few words."""
     stairs = any(isinstance(motion, Staircase) for motion in made.trajectory.axes.values())
     shape = "staircase" if stairs else "sum of sines"
     return f"{'designed ' if made.plan else ''}{shape}, {made.duration_s:.0f} s"
 
 
-def what_for(made: IdentificationMotion) -> str:
+def what_for(made: identification_motions.IdentificationMotion) -> str:
     """What a motion was for, in words."""
-    asked = _by_axis(purpose(made))
+    asked = _by_axis(run_documents.purpose(made))
     return asked or "the first look"
 
 
-def what_it_showed(made: IdentificationMotion) -> str:
+def what_it_showed(made: identification_motions.IdentificationMotion) -> str:
     """What is known once a motion is recorded, in words."""
     return "; ".join(f"{name}: {_shown(axis)}" for name, axis in made.found.axes.items())
 
 
-def what_it_ruled_out(made: IdentificationMotion) -> str:
+def what_it_ruled_out(made: identification_motions.IdentificationMotion) -> str:
     """Possible causes of before that are none any more, in words."""
     gone = {name: list(map(spoken, effects)) for name, effects in (made.ruled_out or {}).items()}
     return _by_axis(gone)
@@ -216,8 +211,8 @@ def _shown(axis: AxisIdentification) -> str:
     for cause in diagnosis.causes:
         rivals = [spoken(other.effect) for other in cause.inseparable]
         parts.append(" or ".join([spoken(cause.term.effect), *rivals]))
-    suspected = distinct(spoken(cause.term.effect) for cause in diagnosis.suspected)
-    said = [f"{diagnosis.verdict.value}, {listed(distinct(parts)) or 'no cause'}"]
+    suspected = findings.distinct(spoken(cause.term.effect) for cause in diagnosis.suspected)
+    said = [f"{diagnosis.verdict.value}, {listed(findings.distinct(parts)) or 'no cause'}"]
     return ", ".join(said + [f"{name} suspected" for name in suspected])
 
 
@@ -227,7 +222,9 @@ def _shown(axis: AxisIdentification) -> str:
 _INTERVALS: Final = 150  # the tracking error is drawn as its maximum in each of so many intervals
 
 
-def tracking_chart(key: str, name: str, before: Recording, after: Recording | None) -> Chart | None:
+def tracking_chart(
+    key: str, name: str, before: Recording, after: Recording | None
+) -> chart.Chart | None:
     """Largest tracking error over time; None where the recording has no reference."""
     layers = [
         layer
@@ -241,22 +238,23 @@ def tracking_chart(key: str, name: str, before: Recording, after: Recording | No
         return None
     every = np.concatenate([layer.y for layer in layers])
     peaks = ", ".join(
-        f"{layer.label} up to {digits(1e3 * float(np.max(layer.y)), 3)} mrad" for layer in layers
+        f"{layer.label} up to {numbers.digits(1e3 * float(np.max(layer.y)), 3)} mrad"
+        for layer in layers
     )
-    return Chart(
+    return chart.Chart(
         key,
         "How far the axis is from its path",
         f"Largest tracking error in {_INTERVALS} intervals of time: {peaks}.",
         ("time", "s"),
         ("tracking error", before.axes[name].position_unit),
-        across(np.concatenate([layer.x for layer in layers])),
-        Scale(0.6 * float(np.min(every)), 1.3 * float(np.max(every)), "log"),
+        chart.across(np.concatenate([layer.x for layer in layers])),
+        chart.Scale(0.6 * float(np.min(every)), 1.3 * float(np.max(every)), "log"),
         tuple(layers),
         caption="Logarithmic scale: from one number to the next, the error is ten times larger.",
     )
 
 
-def _largest(style: str, label: str, name: str, recording: Recording) -> Layer | None:
+def _largest(style: str, label: str, name: str, recording: Recording) -> chart.Layer | None:
     axis = recording.axes.get(name)
     if axis is None or axis.reference is None:
         return None
@@ -264,10 +262,10 @@ def _largest(style: str, label: str, name: str, recording: Recording) -> Layer |
     largest = np.array([np.max(part) for part in np.array_split(error, _INTERVALS)])
     time_s = np.linspace(0.0, recording.time_s[-1] - recording.time_s[0], _INTERVALS)
     seen = largest > 0.0
-    return Layer("line", style, time_s[seen], largest[seen], label) if np.any(seen) else None
+    return chart.Layer("line", style, time_s[seen], largest[seen], label) if np.any(seen) else None
 
 
-def run_charts(folder: Path) -> list[list[Chart]]:
+def run_charts(folder: Path) -> list[list[chart.Chart]]:
     """Effort against model, the residual, and tracking error before and after; a column an axis.
 
     Parameters
@@ -280,17 +278,17 @@ def run_charts(folder: Path) -> list[list[Chart]]:
     DataError
         There is no capture.
     """
-    if not (folder / CAPTURE_FILE).is_file():
+    if not (folder / identification_motions.CAPTURE_FILE).is_file():
         raise DataError(
-            f"{folder} has no {CAPTURE_FILE}",
+            f"{folder} has no {identification_motions.CAPTURE_FILE}",
             "give the folder of a run or a capture that came to its end; edge-ident identify reads "
             "a part of a capture",
         )
-    before = load_recording(folder / CAPTURE_FILE)
-    verification = folder / VERIFICATION_FILE
+    before = load_recording(folder / identification_motions.CAPTURE_FILE)
+    verification = folder / rounds.VERIFICATION_FILE
     after = load_recording(verification) if verification.is_file() else None
     charts = {}
     for name, axis in identify(before).axes.items():
         tracking = tracking_chart("", name, before, after)
         charts[name] = [*identified_charts("", axis), *([tracking] if tracking else [])]
-    return of_axes(charts)
+    return chart.of_axes(charts)

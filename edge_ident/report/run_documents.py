@@ -7,15 +7,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from edge_ident.commissioning.board_answer import AxisAnswer
+from edge_ident.commissioning import board_answer, gain_transfer, latency, rounds, verification
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.gain_transfer import BACKUP_FILE
 from edge_ident.commissioning.homing import Held, Homing
 from edge_ident.commissioning.identification_motions import CAPTURE_FILE, IdentificationMotion
-from edge_ident.commissioning.latency import TARGET_MS, Profile, spread
-from edge_ident.commissioning.rounds import Round
 from edge_ident.commissioning.run import Ending, Outcome
-from edge_ident.commissioning.verification import GainChange
 from edge_ident.estimation.network import Network
 from edge_ident.experiment.result import QUANTITIES, question
 from edge_ident.identification.result import AxisIdentification
@@ -24,17 +20,15 @@ from edge_ident.report.documents import design_document, identification_document
 from edge_ident.report.findings import blocking_steps, distinct, look_at
 from edge_ident.report.gains import commit_document, promise_document
 from edge_ident.report.plan import pair_documents, uses_document
-from edge_ident.support.documents import file_sha256
-from edge_ident.support.version import VERSION
-from firmware_interface.board import BoardIdentity
+from edge_ident.support import documents, version
+from firmware_interface import board, registers
 from firmware_interface.motion import reference
-from firmware_interface.registers import IdentificationReason
 
 _SHOWN_RAD: Final = 5e-5  # half of the last digit that is printed
 
 
 def run_document(
-    outcome: Outcome, identity: BoardIdentity, network: Network, folder: Path
+    outcome: Outcome, identity: board.BoardIdentity, network: Network, folder: Path
 ) -> dict[str, Any]:
     """Schema edge-ident/run/1, with the hashes that tie it to its capture and network."""
     capture = folder / CAPTURE_FILE
@@ -59,7 +53,7 @@ def run_document(
         "conclusion": outcome.conclusion,
         "capture": {
             "file": str(capture),
-            "sha256": file_sha256(capture),
+            "sha256": documents.file_sha256(capture),
             "samples": len(outcome.capture.recording.time_s),
             "pages": outcome.capture.pages,
             "tail_s": outcome.capture.tail_s,
@@ -69,7 +63,7 @@ def run_document(
         "until": None if outcome.early is None else dataclasses.asdict(outcome.early),
         "network_sha256": network.sha256,
         "board": dataclasses.asdict(identity),
-        "version": VERSION,
+        "version": version.VERSION,
         "timing_ms": {name: round(ms, 3) for name, ms in outcome.timing_ms.items()},
     }
 
@@ -102,7 +96,7 @@ def _answer(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _round(one: Round) -> dict[str, Any]:
+def _round(one: rounds.Round) -> dict[str, Any]:
     """One set of gains that was written, measured against those in force then."""
     return {
         "designs": {name: design_document(design) for name, design in one.designs.items()},
@@ -115,7 +109,7 @@ def _round(one: Round) -> dict[str, Any]:
     }
 
 
-def _verification(change: GainChange | None) -> dict[str, Any] | None:
+def _verification(change: verification.GainChange | None) -> dict[str, Any] | None:
     if change is None or change.verification is None:
         return None
     return {
@@ -173,18 +167,18 @@ def hold_document(held: Mapping[str, Held]) -> dict[str, Any]:
     }
 
 
-def profile_document(profile: Profile) -> dict[str, Any]:
+def profile_document(profile: latency.Profile) -> dict[str, Any]:
     """Schema edge-ident/profile/1: percentiles in ms by start, precision and stage."""
     return {
         "schema": "edge-ident/profile/1",
         "device": profile.device,
         "machine": profile.machine,
         "repetitions": profile.repetitions,
-        "target_ms": TARGET_MS,
+        "target_ms": latency.TARGET_MS,
         "tail_ms": profile.tail_ms,
         "stop_ms": profile.stop_ms,
         "ways_ms": {
-            way: dataclasses.asdict(spread(times)) for way, times in profile.ways_ms.items()
+            way: dataclasses.asdict(latency.spread(times)) for way, times in profile.ways_ms.items()
         },
         "runs": [
             {
@@ -192,7 +186,7 @@ def profile_document(profile: Profile) -> dict[str, Any]:
                 "precision": run.precision,
                 "graph": run.graph,
                 "stages_ms": {
-                    stage: dataclasses.asdict(spread(times))
+                    stage: dataclasses.asdict(latency.spread(times))
                     for stage, times in run.stages_ms.items()
                 },
                 "within_target": profile.within_target(run),
@@ -213,7 +207,7 @@ def _motion(made: IdentificationMotion, folder: Path) -> dict[str, Any]:
     plan = made.plan
     return {
         "file": made.file,
-        "sha256": file_sha256(folder / made.file),
+        "sha256": documents.file_sha256(folder / made.file),
         "designed": plan is not None,
         "duration_s": made.duration_s,
         "recorded_s": made.trajectory.duration_s,
@@ -284,8 +278,8 @@ def board_answer_document(outcome: Outcome) -> dict[str, Any] | None:
     }
 
 
-def _axis(answer: AxisAnswer, own: AxisIdentification) -> dict[str, Any]:
-    identified = answer.board.reason is IdentificationReason.NONE
+def _axis(answer: board_answer.AxisAnswer, own: AxisIdentification) -> dict[str, Any]:
+    identified = answer.board.reason is registers.IdentificationReason.NONE
     again = answer.recomputed
     return {
         "verdict": answer.verdict.value,
@@ -350,7 +344,7 @@ def _gains(outcome: Outcome, device: str | None) -> str:
         return "run it again without --dry-run to write these gains"
     if change.next_step:
         return change.next_step
-    old = f"the old gains are in {BACKUP_FILE}"
+    old = f"the old gains are in {gain_transfer.BACKUP_FILE}"
     if device == _VIRTUAL:
         return f"run a virtual board that keeps its gains: edge-ident board --pty; {old}"
     if outcome.confirmed and not outcome.stored:

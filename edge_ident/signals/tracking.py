@@ -9,11 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.signals.conditioning import at_rest, count_and_noise
-from edge_ident.signals.filters import Mask
+from edge_ident.signals import conditioning, filters, time_stamps
 from edge_ident.signals.metrics import quantile, rms
 from edge_ident.signals.recording import Array, Recording
-from edge_ident.signals.time_stamps import EvenGrid
 from edge_ident.support.words import listed
 
 OFF: Final = "off_reference"
@@ -132,10 +130,10 @@ def tracking(recording: Recording, name: str) -> Tracking | None:
     axis = recording.axes[name]
     if axis.reference is None or np.ptp(axis.reference) <= 0.0 or axis.sampling is not None:
         return None
-    grid = EvenGrid.of(recording.time_s)
+    grid = time_stamps.EvenGrid.of(recording.time_s)
     position, reference = grid.resampled(axis.position), grid.resampled(axis.reference)
     effort, period_s = grid.resampled(axis.effort), grid.period_s
-    count, noise = count_and_noise(position)
+    count, noise = conditioning.count_and_noise(position)
     resolution = max(count, noise, 1e-6 * float(np.ptp(reference)))
     speed = np.gradient(reference, period_s)
     usual = rms(speed)
@@ -144,7 +142,7 @@ def tracking(recording: Recording, name: str) -> Tracking | None:
         return None
     moves = np.abs(speed) > _MOVES * usual
     direction = _held(np.where(moves, np.sign(speed), 0.0))
-    rests = at_rest(position, _STANDS * resolution, max(width, 3))
+    rests = conditioning.at_rest(position, _STANDS * resolution, max(width, 3))
     stands = rests & moves
     share = int(np.count_nonzero(stands)) / max(int(np.count_nonzero(moves)), 1)
     step, lag_s = _step_along(reference - position, speed, direction)
@@ -209,7 +207,7 @@ def _left_by_play(
     return float(left @ left), float(fitted[1])
 
 
-def _runs(rests: Mask, stands: Mask, shortest: int) -> list[tuple[int, int]]:
+def _runs(rests: filters.Mask, stands: filters.Mask, shortest: int) -> list[tuple[int, int]]:
     """First and last sample of rests in which the reference moves for a window."""
     edges = np.flatnonzero(np.diff(rests, prepend=False, append=False)).reshape(-1, 2)
     moving = np.concatenate([[0], np.cumsum(stands)])
@@ -239,7 +237,7 @@ def _at_reversals(
     return turned / len(runs) if runs else 0.0
 
 
-def _effort_ratio(effort: Array, rest: Mask, runs: list[tuple[int, int]]) -> float:
+def _effort_ratio(effort: Array, rest: filters.Mask, runs: list[tuple[int, int]]) -> float:
     """Effort at the end of standstills over that in motion, without its mean."""
     if not runs or rest.all():
         return 0.0

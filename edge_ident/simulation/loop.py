@@ -7,13 +7,10 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from edge_ident.drive.description import load_drive
-from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.drive import description, motions
 from edge_ident.errors import DataError
-from edge_ident.signals.conditioning import choose_cutoff
-from edge_ident.signals.filters import differentiate
+from edge_ident.signals import conditioning, filters, time_stamps
 from edge_ident.signals.recording import Array, Recording
-from edge_ident.signals.time_stamps import EvenGrid
 from firmware_interface.control_law import NOTHING, deadband_nm, feedforward_nm
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Reference, Trajectory, reference
@@ -60,7 +57,7 @@ class References:
 
 
 def named_references(
-    axes: Mapping[str, str], name: MotionName, cycles: int | None = None
+    axes: Mapping[str, str], name: motions.MotionName, cycles: int | None = None
 ) -> References:
     """A motion of the built-in drive for any axes.
 
@@ -74,13 +71,13 @@ def named_references(
     cycles : int, optional
         Periods of a sinusoid or multisine.
     """
-    drive = load_drive()
+    drive = description.load_drive()
     model = next(iter(drive.axes.values()))
     drive = replace(
         drive,
         axes={axis: replace(model, phase_rad=0.5 * math.pi * i) for i, axis in enumerate(axes)},
     )
-    return designed_references(axes, named_trajectory(drive, name, cycles))
+    return designed_references(axes, motions.named_trajectory(drive, name, cycles))
 
 
 def designed_references(axes: Mapping[str, str], trajectory: Trajectory) -> References:
@@ -102,7 +99,7 @@ def designed_references(axes: Mapping[str, str], trajectory: Trajectory) -> Refe
             f"the motion has axes {', '.join(trajectory.axes)}, the model has {', '.join(axes)}",
             "give a motion, or a model, of the same axes",
         )
-    drive = load_drive()
+    drive = description.load_drive()
     model = next(iter(drive.axes.values()))
     period_s = drive.sampling_period_s
     first, last = (round(t / period_s) for t in (-trajectory.lead_in_s, trajectory.duration_s))
@@ -135,7 +132,7 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
     DataError
         The recording lacks an axis, or has it in another unit.
     """
-    grid = EvenGrid.of(recording.time_s - recording.time_s[0])
+    grid = time_stamps.EvenGrid.of(recording.time_s - recording.time_s[0])
     period_s = grid.period_s
     lead_in = period_s * np.arange(-round(_LEAD_IN_S / period_s), 0, dtype=np.float64)
     rows = []
@@ -149,8 +146,8 @@ def recorded_references(recording: Recording, axes: Mapping[str, str]) -> Refere
                 f"--column {next(iter(recording.axes))}_position_{unit}={name}_position_{unit}",
             )
         wanted = axis.position if axis.reference is None else axis.reference
-        cutoff_hz = choose_cutoff(grid.resampled(axis.position), period_s)
-        motion = np.stack(differentiate(grid.resampled(wanted), cutoff_hz, period_s))
+        cutoff_hz = conditioning.choose_cutoff(grid.resampled(axis.position), period_s)
+        motion = np.stack(filters.differentiate(grid.resampled(wanted), cutoff_hz, period_s))
         rows.append(np.hstack([_from_rest(lead_in, motion[:, 0]), motion]))
     position, velocity, acceleration = np.stack(rows, axis=1)
     return References(np.concatenate([lead_in, grid.time_s]), position, velocity, acceleration)

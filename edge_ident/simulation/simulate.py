@@ -7,17 +7,14 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.control.gain_design import design
-from edge_ident.control.position_loop import LoopHardware
+from edge_ident.control import gain_design, position_loop
 from edge_ident.drive.motions import MotionName
 from edge_ident.errors import ModelError
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE, Array, AxisModel, Estimate, Model, Term, base_axis
 from edge_ident.model.model_files import GivenModel, given_model
-from edge_ident.signals.data_checks import check_arrays
-from edge_ident.signals.recording import AxisRecord, Recording
-from edge_ident.simulation import loop
-from edge_ident.simulation.machine import Machine
+from edge_ident.signals import data_checks, recording
+from edge_ident.simulation import loop, machine
 from edge_ident.support.given import number
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Trajectory
@@ -27,7 +24,7 @@ from firmware_interface.plant.plant import Plant as BoardPlant
 
 def simulate(
     model: GivenModel | None = None,
-    motion: MotionName | Recording | Trajectory = "sinusoid",
+    motion: MotionName | recording.Recording | Trajectory = "sinusoid",
     *,
     cycles: int | None = None,
     encoder_counts: float | None = None,
@@ -36,7 +33,7 @@ def simulate(
     stiff: bool = False,
     seed: int = 0,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Recording:
+) -> recording.Recording:
     """Let a drive follow a motion in closed loop, and record it as a board does.
 
     Parameters
@@ -92,8 +89,8 @@ def simulate(
             number(name, value, 0.0, 1e12, "give 0 for an exact one, or leave it out")
     followed = reduced_model() if model is None else given_model(model)
     units = {name: axis.position_unit for name, axis in followed.axes.items()}
-    if isinstance(motion, Recording):
-        check_arrays(motion)
+    if isinstance(motion, recording.Recording):
+        data_checks.check_arrays(motion)
         references = loop.recorded_references(motion, units)
     elif isinstance(motion, Trajectory):
         references = loop.designed_references(units, motion)
@@ -156,7 +153,7 @@ def record(
     *,
     flexible: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Recording:
+) -> recording.Recording:
     """One drive, as a board records it.
 
     Parameters
@@ -178,7 +175,7 @@ def record(
     _check_followed(model, scenario.references, simulation)
     references = scenario.references.recorded
     axes = {
-        name: AxisRecord(
+        name: recording.AxisRecord(
             simulation.position[i, 0],
             simulation.effort[i, 0],
             axis.position_unit,
@@ -188,7 +185,7 @@ def record(
         for i, (name, axis) in enumerate(model.axes.items())
     }
     shift_s = (DELAY_SHARE + 0.5) * scenario.references.period_s
-    return Recording(simulation.time_s, axes, source, shift_s)
+    return recording.Recording(simulation.time_s, axes, source, shift_s)
 
 
 def simulate_drives(
@@ -233,7 +230,7 @@ def _plant(
     drives = max(np.atleast_2d(axis.parameters).shape[0] for axis in axes.values())
     start = np.repeat(references.position[:, :1], drives, axis=1)
     top_speed = np.max(np.abs(references.velocity), axis=1)
-    return Machine(axes, start, top_speed, period_s, DELAY_SHARE * period_s)
+    return machine.Machine(axes, start, top_speed, period_s, DELAY_SHARE * period_s)
 
 
 def _check_followed(model: Model, references: loop.References, simulation: loop.Simulation) -> None:
@@ -254,7 +251,7 @@ def _gains(axes: Mapping[str, AxisModel], scenario: Scenario) -> dict[str, list[
     for i, (name, axis) in enumerate(axes.items()):
         motion = references.motion(i)
         if scenario.stiff:
-            hardware = LoopHardware(
+            hardware = position_loop.LoopHardware(
                 references.period_s,
                 DELAY_SHARE * references.period_s,
                 _resolution(axis.position_unit, scenario.encoder_counts or None),
@@ -335,7 +332,7 @@ def peak_effort(parameters: Array, motion: Array) -> Array:
     )
 
 
-def stiff_gains(axis: AxisModel, hardware: LoopHardware) -> list[AxisGains]:
+def stiff_gains(axis: AxisModel, hardware: position_loop.LoopHardware) -> list[AxisGains]:
     """Gains that `edge_ident.control.gain_design` gives the base model, with its feed-forward.
 
     A spring before the encoder counts as well: no stiff loop closes around it.
@@ -350,7 +347,7 @@ def stiff_gains(axis: AxisModel, hardware: LoopHardware) -> list[AxisGains]:
     for drive, parameters in enumerate(np.atleast_2d(axis.parameters)):
         base = base_axis(Estimate(parameters, np.zeros(4)))
         own = (replace(t, values=_of_drive(t.values, drive)) for t in springs)
-        found.append(design(replace(base, terms=(*base.terms, *own)), hardware).gains)
+        found.append(gain_design.design(replace(base, terms=(*base.terms, *own)), hardware).gains)
     return found
 
 

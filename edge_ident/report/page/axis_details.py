@@ -5,27 +5,14 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
+from edge_ident.diagnosis import measures, result
 from edge_ident.diagnosis import wording as terms
-from edge_ident.diagnosis.measures import ModelFit, Validation
-from edge_ident.diagnosis.result import AxisDiagnosis, Cause, Diagnosis
 from edge_ident.diagnosis.wording import distinct_causes
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, AxisModel
 from edge_ident.model.model_files import values_document
-from edge_ident.report.chart import Chart
-from edge_ident.report.error_budget import budget_picture
-from edge_ident.report.numbers import (
-    EFFECTIVE,
-    digits,
-    effective_rows,
-    effort_word,
-    estimate_rows,
-    sentence,
-    unit_text,
-    with_interval,
-)
-from edge_ident.report.page import diagnosis_charts
-from edge_ident.report.page.rendering import picture
+from edge_ident.report import chart, error_budget, numbers
+from edge_ident.report.page import diagnosis_charts, rendering
 from edge_ident.report.view import Grid, Row
 from edge_ident.support.words import spoken
 
@@ -63,7 +50,7 @@ class Bar:
     tests: list[str] = field(default_factory=list)
 
 
-def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
+def cause_bars(axis: result.AxisDiagnosis) -> list[Bar]:
     """Supported causes, strongest first, then suspected and minor ones, and what is left."""
     shares = [cause.share for causes in axis.by_kind.values() for cause in causes]
     longest = max([*shares, axis.extended.fitted]) or 1.0
@@ -73,7 +60,7 @@ def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
         for cause in causes
     ]
     rest = axis.extended.fitted
-    noise = f"noise alone would leave {digits(100 * axis.noise_floor, 2)} %"
+    noise = f"noise alone would leave {numbers.digits(100 * axis.noise_floor, 2)} %"
     return [
         *bars,
         Bar(
@@ -86,9 +73,9 @@ def cause_bars(axis: AxisDiagnosis) -> list[Bar]:
     ]
 
 
-def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
+def _bar(kind: str, cause: result.Cause, axis: result.AxisDiagnosis, longest: float) -> Bar:
     share, term = _share(cause.share, axis), spoken(cause.term.effect)
-    facts = [sentence(cause.evidence)] if cause.evidence else []
+    facts = [numbers.sentence(cause.evidence)] if cause.evidence else []
     if kind == "supported":
         gain, interval = terms.gain(cause)
         facts.append(
@@ -98,43 +85,45 @@ def _bar(kind: str, cause: Cause, axis: AxisDiagnosis, longest: float) -> Bar:
         facts.append(f"{kind.capitalize()}: {cause.decision}.")
     if shown_in := terms.recordings_of(cause, axis):
         facts.append(f"Seen in {shown_in}.")
-    values = ", ".join(map(unit_text, terms.values(cause.term, axis.model)))
+    values = ", ".join(map(numbers.unit_text, terms.values(cause.term, axis.model)))
     return Bar(
         kind,
-        sentence(named(cause.term.effect).advice.in_words).removesuffix("."),
+        numbers.sentence(named(cause.term.effect).advice.in_words).removesuffix("."),
         term,
         share,
         _picture(kind, cause.share, longest, f"{term}: {share}."),
         [*facts, f"Values ± one standard deviation: {values}." if values else ""],
         [
-            *([sentence(f"accepted: {cause.decision}")] if kind == "supported" else []),
-            *(sentence(terms.alternative_sentence(other)) for other in cause.alternatives),
+            *([numbers.sentence(f"accepted: {cause.decision}")] if kind == "supported" else []),
+            *(numbers.sentence(terms.alternative_sentence(other)) for other in cause.alternatives),
         ],
     )
 
 
-def other_remarks(axis: AxisDiagnosis) -> list[str]:
+def other_remarks(axis: result.AxisDiagnosis) -> list[str]:
     """Effects that were tried and refused, external vibrations, and lines above the band."""
-    said = [sentence(terms.refused_sentence(refused)) for refused in axis.refused]
-    unit = unit_text(axis.model.effort_unit)
+    said = [numbers.sentence(terms.refused_sentence(refused)) for refused in axis.refused]
+    unit = numbers.unit_text(axis.model.effort_unit)
     said += [
         f"A vibration from outside acts on the axis: {one}. It is no property of the machine."
-        for one in map(unit_text, terms.spoken_vibrations(axis))
+        for one in map(numbers.unit_text, terms.spoken_vibrations(axis))
     ]
     said += [
-        f"Above the compared band, nothing explains {digits(line.amplitude, 3)} {unit} at "
+        f"Above the compared band, nothing explains {numbers.digits(line.amplitude, 3)} {unit} at "
         f"{terms.spoken_place(line)}{_AN_ORDER if line.order is not None else ''}."
         for line in axis.lines
     ]
-    return said + [f"{sentence(f.message)} Next: {f.next_step}." for f in axis.findings]
+    return said + [f"{numbers.sentence(f.message)} Next: {f.next_step}." for f in axis.findings]
 
 
-def _share(share: float, axis: AxisDiagnosis) -> str:
-    return f"{digits(100 * share, 2)} % of the {effort_word(axis.model.effort_unit)}"
+def _share(share: float, axis: result.AxisDiagnosis) -> str:
+    return (
+        f"{numbers.digits(100 * share, 2)} % of the {numbers.effort_word(axis.model.effort_unit)}"
+    )
 
 
 def _picture(kind: str, share: float, longest: float, title: str) -> Markup:
-    return picture("bar", kind, max(0.3, 100.0 * share / longest), title)
+    return rendering.picture("bar", kind, max(0.3, 100.0 * share / longest), title)
 
 
 @dataclass(frozen=True)
@@ -169,11 +158,11 @@ class AxisDetails:
     budget: dict[str, Any]
     bars: list[Bar]
     remarks: list[str]
-    cause_charts: list[Chart]
-    detail: Chart | None
-    time_charts: list[Chart]
-    maps: list[tuple[Chart, ...]]
-    spectrum: Chart
+    cause_charts: list[chart.Chart]
+    detail: chart.Chart | None
+    time_charts: list[chart.Chart]
+    maps: list[tuple[chart.Chart, ...]]
+    spectrum: chart.Chart
     parameters: Grid
     quality: Grid
     follows: Grid
@@ -182,7 +171,7 @@ class AxisDetails:
     not_testable: Grid | None
 
 
-def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
+def axis_details(key: str, name: str, diagnosis: result.Diagnosis) -> AxisDetails:
     """Collect what the page says of an axis below the first screen.
 
     Parameters
@@ -199,7 +188,7 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
     return AxisDetails(
         key=key,
         name=name,
-        budget=budget_picture(f"{key}-budget", axis.budget),
+        budget=error_budget.budget_picture(f"{key}-budget", axis.budget),
         bars=cause_bars(axis),
         remarks=other_remarks(axis),
         cause_charts=[
@@ -222,34 +211,39 @@ def axis_details(key: str, name: str, diagnosis: Diagnosis) -> AxisDetails:
     )
 
 
-def _detail(key: str, axis: AxisDiagnosis) -> Chart | None:
+def _detail(key: str, axis: result.AxisDiagnosis) -> chart.Chart | None:
     part = diagnosis_charts.busiest(axis)
     short = 2 * (part.stop - part.start) < len(axis.traces.effort)
     return diagnosis_charts.effort_chart(key, axis, part) if short else None
 
 
-def _models(axis: AxisDiagnosis) -> dict[str, ModelFit]:
+def _models(axis: result.AxisDiagnosis) -> dict[str, measures.ModelFit]:
     simple = {"simple model": axis.base}
     return {**simple, "with the causes": axis.extended} if axis.causes else simple
 
 
-def _parameters(axis: AxisDiagnosis) -> Grid:
+def _parameters(axis: result.AxisDiagnosis) -> Grid:
     models, units = _models(axis), _units(axis.model)
-    rows = estimate_rows([fit.estimate for fit in models.values()], units, with_interval)
+    rows = numbers.estimate_rows(
+        [fit.estimate for fit in models.values()], units, numbers.with_interval
+    )
     title = "Parameters, with 95 % intervals"
     if axis.causes and axis.extended.effective is not None:
         # the simple model's friction is a line already
         lines = [axis.base.estimate, axis.extended.effective]
-        rows += effective_rows(lines, units, with_interval)
-        title += f" ({EFFECTIVE})"
+        rows += numbers.effective_rows(lines, units, numbers.with_interval)
+        title += f" ({numbers.EFFECTIVE})"
     return Grid(title, ("", *models, "unit"), rows)
 
 
 def _units(model: AxisModel) -> list[str]:
-    return [unit_text(entry["unit"]) for entry in values_document(model.terms[0], model).values()]
+    return [
+        numbers.unit_text(entry["unit"])
+        for entry in values_document(model.terms[0], model).values()
+    ]
 
 
-def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Grid:
+def _quality(axis: result.AxisDiagnosis, validation: measures.Validation | None) -> Grid:
     labels = {
         "relative residual, fitted": "error on the recording",
         "relative residual, held out": "error on kept-back parts",
@@ -266,7 +260,7 @@ def _quality(axis: AxisDiagnosis, validation: Validation | None) -> Grid:
     return Grid("How well the models fit", ("", *_models(axis)), rows)
 
 
-def _follows(name: str, diagnosis: Diagnosis) -> Grid:
+def _follows(name: str, diagnosis: result.Diagnosis) -> Grid:
     found = diagnosis_charts.explained_variance(name, diagnosis.axes)
     kinds = ("base", "extended")[: len(_models(diagnosis.axes[name]))]
     rows: list[Row] = [
@@ -279,21 +273,21 @@ def _follows(name: str, diagnosis: Diagnosis) -> Grid:
     )
 
 
-def _conditions(axis: AxisDiagnosis) -> Grid:
+def _conditions(axis: result.AxisDiagnosis) -> Grid:
     valid = axis.traces.valid
     rows: list[Row] = [
         ("Noise floor", f"{terms.percent(axis.noise_floor)}, {axis.noise_floor_source}"),
-        ("Compared up to", f"{digits(axis.cutoff_hz, 3)} Hz, which holds "
+        ("Compared up to", f"{numbers.digits(axis.cutoff_hz, 3)} Hz, which holds "
          f"{terms.percent(axis.share_in_band)} of the variance of the effort"),
-        ("Encoder noise dominates from", f"{digits(axis.knee_hz, 3)} Hz"
+        ("Encoder noise dominates from", f"{numbers.digits(axis.knee_hz, 3)} Hz"
          if axis.knee_hz < axis.cutoff_hz else "nowhere in this band"),
-        ("Timing", sentence(terms.timing_sentence(axis.timing))),
+        ("Timing", numbers.sentence(terms.timing_sentence(axis.timing))),
         ("Samples that count", f"{int(valid.sum())} of {len(valid)}"),
     ]  # fmt: skip
     return Grid("How it was compared", ("", ""), rows)
 
 
-def _validation(validation: Validation | None) -> Grid | None:
+def _validation(validation: measures.Validation | None) -> Grid | None:
     if validation is None or not validation.causes:
         return None
     verdicts = {True: "yes", False: "no", None: "not asked"}
@@ -303,7 +297,7 @@ def _validation(validation: Validation | None) -> Grid | None:
             "–" if cause.without is None else terms.percent(cause.without),
             "–" if cause.gain is None else f"{100 * cause.gain:.0f} %",
             verdicts[cause.carries_over],
-            sentence(cause.reason) if cause.reason else "",
+            numbers.sentence(cause.reason) if cause.reason else "",
         )
         for cause in validation.causes
     ]
@@ -311,7 +305,7 @@ def _validation(validation: Validation | None) -> Grid | None:
     return Grid("Each cause on the other recording", headings, rows)
 
 
-def _not_testable(axis: AxisDiagnosis) -> Grid | None:
+def _not_testable(axis: result.AxisDiagnosis) -> Grid | None:
     if not axis.not_testable:
         return None
     rows: list[Row] = [

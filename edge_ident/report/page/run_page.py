@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from markupsafe import Markup, escape
 
-from edge_ident.commissioning.gain_transfer import BACKUP_FILE
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning import gain_transfer, identification_motions, verification
 from edge_ident.commissioning.promise import SHARE, WORTH, Promise, Promised
 from edge_ident.commissioning.run import Outcome
 from edge_ident.commissioning.separation import Separation
-from edge_ident.commissioning.verification import GainChange, Tracking, error_fall
 from edge_ident.diagnosis.wording import in_words, parts_of, timing_sentence
 from edge_ident.experiment.result import QUANTITIES
 from edge_ident.identification.result import AxisIdentification, ParameterSource
@@ -58,7 +56,7 @@ def write_run_page(
     Path
         The page.
     """
-    before = load_recording(folder / CAPTURE_FILE)
+    before = load_recording(folder / identification_motions.CAPTURE_FILE)
     verified = outcome.tried
     after = load_recording(folder / outcome.file_after) if verified else None
     axes = outcome.identification.axes
@@ -96,7 +94,7 @@ def _origin(document: dict[str, Any]) -> list[tuple[str, str]]:
     """Board, network and backup that a run belongs to."""
     board = ", ".join(f"{k.replace('_', ' ')} {v}" for k, v in document["board"].items())
     network = f"sha256 {document['network_sha256']}"
-    return [("board", board), ("network", network), ("old gains", BACKUP_FILE)]
+    return [("board", board), ("network", network), ("old gains", gain_transfer.BACKUP_FILE)]
 
 
 def _besides(name: str, outcome: Outcome) -> Iterator[Row]:
@@ -245,7 +243,7 @@ def run_card(name: str, outcome: Outcome, chart: Chart, device: str | None = Non
     )
 
 
-def tracking_of(name: str, outcome: Outcome) -> Tracking | None:
+def tracking_of(name: str, outcome: Outcome) -> verification.Tracking | None:
     """What the verification motion measured on an axis, if there was one."""
     return outcome.answer.axes[name].tracking
 
@@ -274,7 +272,7 @@ def _verdict(name: str, axis: AxisIdentification, outcome: Outcome) -> Markup:
     return Markup(said)
 
 
-def _fall(name: str, tracking: Tracking) -> Markup:
+def _fall(name: str, tracking: verification.Tracking) -> Markup:
     """The same sentence as in the terminal, its figures bound to the document."""
 
     def shown(field: str, value: float) -> str:
@@ -286,10 +284,10 @@ def _fall(name: str, tracking: Tracking) -> Markup:
         )
 
     errors = tracking.before_rad, tracking.after_rad, tracking.count_rad
-    return Markup(error_fall(*errors, shown))
+    return Markup(verification.error_fall(*errors, shown))
 
 
-def _forecast(name: str, change: GainChange | None) -> Markup:
+def _forecast(name: str, change: verification.GainChange | None) -> Markup:
     """What new gains would be worth to an axis, which were not tried."""
     said = Markup(
         "A trial run: new gains were designed and checked. Nothing was written to the board."
@@ -417,7 +415,7 @@ def notices(outcome: Outcome) -> list[str]:
     return found
 
 
-def not_worth(change: GainChange) -> str:
+def not_worth(change: verification.GainChange) -> str:
     """Why nothing was worth a write, in everyday words."""
     promise = change.promise
     if promise is not None and promise.worse:
@@ -427,7 +425,7 @@ def not_worth(change: GainChange) -> str:
     return "The axes are tuned already: new gains would hardly follow closer."
 
 
-def taken_back(change: GainChange) -> str:
+def taken_back(change: verification.GainChange) -> str:
     """Why new gains were rolled back, in everyday words."""
     if change.in_doubt:
         return "Whether the new gains follow better could not be told."

@@ -14,15 +14,7 @@ from edge_ident.model.effects import named
 from edge_ident.model.model import NORMAL_95
 from edge_ident.report.chart import Scale, around
 from edge_ident.report.numbers import digits, minus, sentence, to_its_std, unit_text
-from edge_ident.report.page.rendering import (
-    IntervalPicture,
-    IntervalRow,
-    Provenance,
-    Status,
-    number,
-    picture,
-    write_html,
-)
+from edge_ident.report.page import rendering
 from edge_ident.report.survey import (
     JUDGED,
     by_interest,
@@ -82,18 +74,18 @@ def write_survey_page(
         "rest": rest,
         "judged": JUDGED,
         "left_out": survey.left_out,
-        "provenance": replace(Provenance.of(()), machine=machine),
+        "provenance": replace(rendering.Provenance.of(()), machine=machine),
     }
-    return write_html("survey.html.jinja", content, document, folder)
+    return rendering.write_html("survey.html.jinja", content, document, folder)
 
 
 def _card(survey: Survey, source: Path | None) -> dict[str, Any]:
     """The first screen."""
     out = survey.standing_out
     judged = any(comparison.centre is not None for comparison in survey.comparisons)
-    status: Status = "found" if out else "good" if judged else "open"
+    status: rendering.Status = "found" if out else "good" if judged else "open"
     more = len(out) - _MOST
-    found = [_found(number, one) for number, one in enumerate(out[:_MOST])]
+    found = [_found(place, one) for place, one in enumerate(out[:_MOST])]
     return {
         "status": status,
         "label": {"found": "stands out", "good": "alike", "open": "too few units"}[status],
@@ -107,7 +99,7 @@ def _card(survey: Survey, source: Path | None) -> dict[str, Any]:
 
 def _found(place: int, one: StandsOut) -> Markup:
     def shown(value: float, text: str, key: str) -> Markup:
-        return number(value, text, "standing_out", place, key)
+        return rendering.number(value, text, "standing_out", place, key)
 
     words = difference_words(one, shown, Markup)
     return Markup('<b class="name">{}</b>: {}.').format(one.unit, words)
@@ -163,7 +155,7 @@ def _told_once(axis: SurveyedAxis, done: Done) -> Iterator[tuple[str, str]]:
             yield message, whole_step(step, done)
 
 
-def _pictures(key: str, axis: str, survey: Survey) -> list[IntervalPicture]:
+def _pictures(key: str, axis: str, survey: Survey) -> list[rendering.IntervalPicture]:
     of_axis = [one for one in survey.comparisons if one.axis == axis and one.units]
     return [interval_picture(f"{key}-{n}", one) for n, one in enumerate(of_axis)]
 
@@ -199,7 +191,7 @@ def _table(survey: Survey) -> Grid:
 # Values of many units with their intervals, a line each, before what units are like.
 
 
-def interval_picture(key: str, comparison: Comparison) -> IntervalPicture:
+def interval_picture(key: str, comparison: Comparison) -> rendering.IntervalPicture:
     """Draw a comparison; the units by name, so that one is found in every picture.
 
     Parameters
@@ -214,7 +206,7 @@ def interval_picture(key: str, comparison: Comparison) -> IntervalPicture:
     every = [end for of in shown.units.values() for end in _interval(of)]
     scale = around(np.array([*every, *band]))
     title = sentence(quantity_words(comparison)).removesuffix(".")
-    return IntervalPicture(
+    return rendering.IntervalPicture(
         key,
         f"{title} ({unit})" if unit else title,
         [_row(name, of, scale, band, unit) for name, of in sorted(shown.units.items())],
@@ -250,7 +242,9 @@ def _band(comparison: Comparison) -> tuple[float, ...]:
     return comparison.centre - reach, comparison.centre + reach
 
 
-def _row(name: str, of: UnitValue, scale: Scale, band: tuple[float, ...], unit: str) -> IntervalRow:
+def _row(
+    name: str, of: UnitValue, scale: Scale, band: tuple[float, ...], unit: str
+) -> rendering.IntervalRow:
     low, high = _interval(of)
     said = (
         f"{name}: {digits(of.value, 4)} {unit}, 95 % interval {digits(low, 4)} to {digits(high, 4)}"
@@ -259,8 +253,10 @@ def _row(name: str, of: UnitValue, scale: Scale, band: tuple[float, ...], unit: 
         said += f", {digits(abs(of.distance), 2)} deviations from the others"
     places = scale.fraction(np.array([low, high, of.value, *band]))
     left, right, middle, *shaded = (100.0 * places).tolist()
-    picture_of = picture("interval", said, left, right, middle, shaded)
-    return IntervalRow(name, " ± ".join(to_its_std(of.value, of.std)), picture_of, of.stands_out)
+    picture_of = rendering.picture("interval", said, left, right, middle, shaded)
+    return rendering.IntervalRow(
+        name, " ± ".join(to_its_std(of.value, of.std)), picture_of, of.stands_out
+    )
 
 
 def _spread(comparison: Comparison, unit: str) -> str:

@@ -76,7 +76,6 @@ def test_lists_have_the_limit_of_numbers(tmp_path: Path, monkeypatch: pytest.Mon
     wide = pa.array([[0.0] * 50] * 400, type=pa.list_(pa.float64(), 50))
     pq.write_table(pa.table({"a": wide, "b": np.arange(400.0)}), path)
     monkeypatch.setattr(documents, "MOST_NUMBERS", 3000)
-    monkeypatch.setattr("edge_ident.files.reading.MOST_NUMBERS", 3000)
     with pytest.raises(DataError, match="it has 20,000 numbers, and at most 3,000 are read"):
         edge_ident.inspect_recording(path)
 

@@ -19,12 +19,7 @@ from edge_ident.fleet.result import Survey, SurveyedAxis, SurveyedCause
 from edge_ident.report.diagnosis import diagnosis_document
 from edge_ident.report.documents import identification_document
 from edge_ident.report.page.survey_page import write_survey_page
-from edge_ident.report.survey import (
-    survey_document,
-    survey_lines,
-    with_std,
-    write_survey_tables,
-)
+from edge_ident.report.survey import survey_document, survey_lines, with_std, write_survey_tables
 from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.support.words import spoken
 from tests.edge_ident.report.page.pages import Element, read
