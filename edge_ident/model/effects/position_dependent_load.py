@@ -1,9 +1,10 @@
 """A load that depends on position: a spring, a cable chain, the weight of an arm over its angle.
 
-f = stiffness·x + curvature·x² + cubic·x³ + cosine·cos(2π·x/period) + sine·sin(2π·x/period)
-+ bump·exp(-((x - place)/width)²). A cable, a hose or a flexure hardens to both ends (cubic); a
-hanging arm has a period of 2π rad; a bump is what a cable or a seal does at one place. The weight
-of a joint that another joint carries in the same plane follows the sum of both angles:
+f = stiffness·x + curvature·x² + cubic·x³ + cosine·cos(φ) + sine·sin(φ) + twice_cosine·cos(2φ)
++ twice_sine·sin(2φ) + bump·exp(-((x - place)/width)²), where φ = 2π·x/period. A cable, a hose or a
+flexure hardens to both ends (cubic); a hanging arm has a period of 2π rad; a crank has a part of
+twice the angle; a bump is what a cable or a seal does at one place. The weight of a joint that
+another joint carries in the same plane follows the sum of both angles:
 sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂), where x₂ may be the sum of two other angles, or have
 a minus. On one sinusoid the stiffness looks like inertia, because a is proportional to x there.
 Source: statics.
@@ -48,6 +49,8 @@ class PositionDependentLoad(Effect):
         Parameter("bump", "{effort}", -1e9, 1e9, "largest load at one place", default=0.0),
         Parameter("place", "{position}", -1e9, 1e9, "of the bump", default=0.0),
         Parameter("width", "{position}", 1e-9, 1e9, "within which it falls to 37 %", default=1.0),
+        Parameter("twice_cosine", "{effort}", -1e9, 1e9, "of twice that angle", default=0.0),
+        Parameter("twice_sine", "{effort}", -1e9, 1e9, "of twice that angle", default=0.0),
         Parameter(
             "cubic", "{effort}/{position}^3", -1e9, 1e9, "of a spring that hardens", default=0.0
         ),
@@ -62,6 +65,7 @@ class PositionDependentLoad(Effect):
         parts = [
             polynomial(x, values["stiffness"], values["curvature"], values["cubic"]),
             wave(angle, values["cosine"], values["sine"]),
+            wave(2.0 * angle, values["twice_cosine"], values["twice_sine"]),
             bump(x, values["bump"], values["place"], values["width"]),
         ]
         if at.source is not None:
@@ -73,6 +77,7 @@ class PositionDependentLoad(Effect):
         """Resonance on the steepest slope, at most ten seconds of travel away."""
         rate = 2.0 * np.pi / values["period"]
         wave = np.hypot(values["cosine"], values["sine"]) * rate
+        wave = wave + 2.0 * np.hypot(values["twice_cosine"], values["twice_sine"]) * rate
         away = 10.0 * speed
         bend = (2.0 * np.abs(values["curvature"]) + 3.0 * np.abs(values["cubic"]) * away) * away
         slope = np.abs(values["bump"]) / values["width"]  # at its steepest 0.86 of that
@@ -115,6 +120,7 @@ EFFECT: Final = PositionDependentLoad(
             Form(("stiffness", "curvature")),
             Form(("stiffness", "curvature", "cubic")),
             Form(("cosine", "sine"), ("period",)),
+            Form(("cosine", "sine", "twice_cosine", "twice_sine"), ("period",)),
             Form(("sum_cosine", "sum_sine"), coupled=True, rotary=True, senses=True, sums=True),
             Form(
                 ("cosine", "sine", "sum_cosine", "sum_sine"),

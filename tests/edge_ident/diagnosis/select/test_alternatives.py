@@ -121,7 +121,7 @@ def test_what_fits_worse_than_nothing_is_no_alternative_however_large_its_discre
 ) -> None:
     """A fit that has run away has an effort so large that its discrepancy covers every residual."""
     t, x, v, a = swing(seconds=10.0, period_s=COARSE_S)
-    effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / 6.0)
+    effort = rigid(v, a) + 0.15 * np.sin(2.0 * np.pi * x / 2.0)
     data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
     start = fitted_base(data, TEMPLATE)
     search = Search.of(data, TEMPLATE, start)
