@@ -23,9 +23,9 @@ satisfy is checked once, in `edge_ident.model.registration`.
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, Final, Literal, TypeVar
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 
@@ -310,31 +310,10 @@ CLOCK: Final = Parameter(
 """Parameter of an effect that happens at one moment: which recording (`Motion.clock`)."""
 
 
-_Text = TypeVar("_Text", Advice, SearchSpec)
-# Begins a line of a docstring, before the text of one field of `Advice` or `SearchSpec`.
-_FIELD: Final = re.compile(r"^ *(in_words|size|part|action|signature|experiment): ", re.MULTILINE)
-
-
-def _said(docstring: str) -> dict[str, Any]:
-    """What a class says of its effect, by the names of fields."""
-    _, *parts = _FIELD.split(docstring)
-    return {
-        name: re.sub(r"\s*\n\s*", " ", text).strip()
-        for name, text in zip(parts[::2], parts[1::2], strict=True)
-    }
-
-
-def _completed(given: _Text, said: Mapping[str, Any]) -> _Text:
-    """What is given, with what the class says in the place of empty fields."""
-    empty = {name: text for name, text in said.items() if getattr(given, name, None) == ""}
-    return replace(given, **empty)
-
-
 class Effect:
     """One physical effect; a subclass overrides the hooks that its physics needs.
 
-    The first line of its docstring is its title. Texts of its advice and of its search may stand
-    below, each in lines of its own: `part: magnets near the axis`.
+    The first line of its module's docstring is its title.
 
     Parameters
     ----------
@@ -391,11 +370,10 @@ class Effect:
         compensation: Compensation = _NO_COMPENSATION,
         advice: Advice = _NO_ADVICE,
     ) -> None:
-        said = _said(type(self).__doc__ or "")
-        self.search = _completed(search, said)
+        self.search = search
         self.draw = draw
         self.compensation = compensation
-        self.advice = _completed(advice, said)
+        self.advice = advice
 
     def complete(self, values: Mapping[str, float | Array]) -> dict[str, float | Array]:
         """A term's values, with defaults for those that it does not name."""

@@ -10,23 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Values
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class ActuatorDeadband(Effect):
-    """Effort that is commanded and never arrives.
-
-    in_words: small commands give no force
-    size: efforts below {width} are lost
-    part: the amplifier or the valve that drives the axis
-    action: At standstill, raise the command slowly and note where force begins. Set the
-        compensation of the dead time or of the overlap.
-    signature: flips with the sign of the effort, not of the velocity
-    experiment: a motion that brakes hard enough for the effort to change its sign while moving:
-        --motion multisine
-    """
+    """Effort that is commanded and never arrives."""
 
     parameters = (Parameter("width", "{effort}", 0.0, 1e9, "half of the band without torque"),)
 
@@ -54,9 +44,19 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorDeadband(
+    advice=Advice(
+        in_words="small commands give no force",
+        size="efforts below {width} are lost",
+        part="the amplifier or the valve that drives the axis",
+        action="At standstill, raise the command slowly and note where force begins. Set the "
+        "compensation of the dead time or of the overlap.",
+    ),
     search=SearchSpec(
         forms=(Form((), ("width",)),),
+        signature="flips with the sign of the effort, not of the velocity",
         alternatives=("load_dependent_friction", "asymmetric_friction", "stribeck_friction"),
+        experiment="a motion that brakes hard enough for the effort to change its sign while "
+        "moving: --motion multisine",
         grid=_grid,
         largest=(Largest(("width",), 1.0, Yardstick.EFFORT),),
         discrepancy=0.1,

@@ -10,22 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class ActuatorSaturation(Effect):
-    """A ceiling for the effort.
-
-    in_words: the drive reaches its limit of force
-    size: the effort ends at {limit}
-    part: motor and amplifier: their limit of current or torque
-    action: Compare that limit with the largest command. Accelerate less, or raise the limit if
-        motor and amplifier allow it.
-    signature: nothing is wrong below the limit; above it the command is not obeyed
-    experiment: the same motion slower, which stays below the limit
-    """
+    """A ceiling for the effort."""
 
     parameters = (Parameter("limit", "{effort}", 1e-9, 1e9, "most that the actuator gives"),)
 
@@ -54,9 +45,18 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = ActuatorSaturation(
+    advice=Advice(
+        in_words="the drive reaches its limit of force",
+        size="the effort ends at {limit}",
+        part="motor and amplifier: their limit of current or torque",
+        action="Compare that limit with the largest command. Accelerate less, or raise the limit "
+        "if motor and amplifier allow it.",
+    ),
     search=SearchSpec(
         forms=(Form((), ("limit",)),),
+        signature="nothing is wrong below the limit; above it the command is not obeyed",
         alternatives=("disturbance_event", "load_dependent_friction"),
+        experiment="the same motion slower, which stays below the limit",
         grid=_grid,
         discrepancy=0.1,
     ),

@@ -10,21 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Form, SearchSpec
 
 
 class AsymmetricFriction(Effect):
-    """Half the difference of viscous friction forward and backward.
-
-    in_words: friction differs between the two directions
-    part: guides, seals and bearings that are loaded from one side
-    action: Compare the motor current both ways at one constant speed. Check seals, wipers and the
-        alignment of the guides.
-    signature: grows with speed and does not change its sign with the direction
-    experiment: constant speeds both ways over the same stroke: --motion staircase
-    """
+    """Half the difference of viscous friction forward and backward."""
 
     parameters = (
         Parameter(
@@ -48,9 +40,17 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = AsymmetricFriction(
+    advice=Advice(
+        in_words="friction differs between the two directions",
+        part="guides, seals and bearings that are loaded from one side",
+        action="Compare the motor current both ways at one constant speed. Check seals, wipers and "
+        "the alignment of the guides.",
+    ),
     search=SearchSpec(
         forms=(Form(("difference",)),),
+        signature="grows with speed and does not change its sign with the direction",
         alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),
+        experiment="constant speeds both ways over the same stroke: --motion staircase",
         curve=("difference of directions", "speed"),
         shares_friction=True,
     ),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model import search
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 
 _SEGMENTS: Final = 12  # parts of the motion that are integrated side by side
@@ -25,16 +25,7 @@ _QUICKER: Final = 5.0
 
 
 class Backlash(Effect):
-    """A load that is taken along at the ends of a gap; memory: its position and speed.
-
-    in_words: there is free play: the motor turns a little before the load follows
-    size: play of {gap} at the encoder
-    part: coupling, ball nut and its bearings, gear or belt
-    action: Hold the motor still, push the load both ways, and read the free travel on a dial gauge.
-        Tighten or preload the part that gives.
-    signature: little effort over a fixed length after each reversal, then an impact
-    experiment: reversals at several accelerations, some smaller than the play: --motion multisine
-    """
+    """A load that is taken along at the ends of a gap; memory: its position and speed."""
 
     parameters = (
         Parameter("gap", "{position}", 0.0, 1e9, "free travel between the contacts"),
@@ -213,13 +204,23 @@ def _one_sided(values: Mapping[str, float], top_speed: float) -> str:
 
 
 EFFECT: Final = Backlash(
+    advice=Advice(
+        in_words="there is free play: the motor turns a little before the load follows",
+        size="play of {gap} at the encoder",
+        part="coupling, ball nut and its bearings, gear or belt",
+        action="Hold the motor still, push the load both ways, and read the free travel on a dial "
+        "gauge. Tighten or preload the part that gives.",
+    ),
     search=search.SearchSpec(
         forms=(
             search.Form(
                 ("load_inertia",), ("gap", "deceleration", "damping_rate", "weight", "contact_rate")
             ),
         ),
+        signature="little effort over a fixed length after each reversal, then an impact",
         alternatives=("presliding_hysteresis", "coupling_compliance"),
+        experiment="reversals at several accelerations, some smaller than the play: --motion "
+        "multisine",
         grid=_grid,
         physical=_physical,
         largest=(

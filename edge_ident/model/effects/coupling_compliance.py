@@ -14,22 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.model import search
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 
 _STOPPING_RATE: Final = 300.0  # rate (1/s) with which dry friction stops the load in a simulation
 
 
 class CouplingCompliance(Effect):
-    """A load on a spring; memory: how far and how fast it lags.
-
-    in_words: the drive train is springy: the load swings against the motor
-    part: coupling, belt, screw and their mounts
-    action: Check the clamps of the coupling and the tension of the belt. Let the controller avoid
-        the resonance until then.
-    signature: ringing of one frequency, whatever the amplitude, where the acceleration jumps
-    experiment: a motion with content up to the resonance: --motion multisine
-    """
+    """A load on a spring; memory: how far and how fast it lags."""
 
     parameters = (
         Parameter("load_inertia", "{inertia}", 1e-12, 1e9, "part of the inertia behind the spring"),
@@ -160,6 +152,12 @@ def _pull(lag: Array, lag_speed: Array, values: Values) -> Array:
 
 
 EFFECT: Final = CouplingCompliance(
+    advice=Advice(
+        in_words="the drive train is springy: the load swings against the motor",
+        part="coupling, belt, screw and their mounts",
+        action="Check the clamps of the coupling and the tension of the belt. Let the controller "
+        "avoid the resonance until then.",
+    ),
     search=search.SearchSpec(
         forms=(
             search.Form(
@@ -167,12 +165,14 @@ EFFECT: Final = CouplingCompliance(
                 ("rate", "damping_ratio", "deceleration", "damping_rate", "weight"),
             ),
         ),
+        signature="ringing of one frequency, whatever the amplitude, where the acceleration jumps",
         alternatives=(
             "noncollocated_compliance",
             "time_delay",
             "backlash",
             "presliding_hysteresis",
         ),
+        experiment="a motion with content up to the resonance: --motion multisine",
         grid=_grid,
         largest=(search.Largest(("load_inertia",), 1.0, search.Yardstick.INERTIA),),
         discrepancy=0.4,

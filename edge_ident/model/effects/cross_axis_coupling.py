@@ -20,7 +20,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, wave
 from edge_ident.model.search import Form, Link, SearchSpec
 
@@ -31,14 +31,7 @@ _BY_ANGLE: Final = (
 
 
 class CrossAxisCoupling(Effect):
-    """Effort in proportion to another axis's acceleration, velocity and friction.
-
-    in_words: another axis pushes on this one
-    part: the structure that both axes share, and the cables between them
-    action: Move the other axis alone and see whether this one feels it. Check mounts and balance.
-    signature: follows the other axis, and is gone when that one rests
-    experiment: both axes at different frequencies, then one at rest: --motion multisine
-    """
+    """Effort in proportion to another axis's acceleration, velocity and friction."""
 
     parameters = (
         Parameter("inertia", "{inertia}", -1e9, 1e9, "per acceleration of the source"),
@@ -137,6 +130,12 @@ def _by_angle(values: Mapping[str, float], top_speed: float) -> str:
 
 
 EFFECT: Final = CrossAxisCoupling(
+    advice=Advice(
+        in_words="another axis pushes on this one",
+        part="the structure that both axes share, and the cables between them",
+        action="Move the other axis alone and see whether this one feels it. Check mounts and "
+        "balance.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("inertia",), coupled=True),
@@ -160,7 +159,9 @@ EFFECT: Final = CrossAxisCoupling(
                 senses=True,
             ),
         ),
+        signature="follows the other axis, and is gone when that one rests",
         alternatives=("position_dependent_load", "offset_drift"),
+        experiment="both axes at different frequencies, then one at rest: --motion multisine",
         discrepancy=0.1,
     ),
     draw=_draw,

@@ -9,21 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import CLOCK, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import CLOCK, Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class DisturbanceEvent(Effect):
-    """One pulse that does not repeat.
-
-    in_words: something pushed the axis once
-    part: whatever touched the machine at that time: a person, a chip, a cable, a collision
-    action: Look up that time in the log of the machine. Record the same motion again and see
-        whether it comes back.
-    signature: one short time, and not again where the motion repeats
-    experiment: the same motion again
-    """
+    """One pulse that does not repeat."""
 
     parameters = (
         Parameter("time", "s", -1e9, 1e9, "of its beginning, from the start of the record"),
@@ -90,9 +82,17 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = DisturbanceEvent(
+    advice=Advice(
+        in_words="something pushed the axis once",
+        part="whatever touched the machine at that time: a person, a chip, a cable, a collision",
+        action="Look up that time in the log of the machine. Record the same motion again and see "
+        "whether it comes back.",
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("time", "duration")),),
+        signature="one short time, and not again where the motion repeats",
         alternatives=("payload_change", "actuator_saturation", "backlash"),
+        experiment="the same motion again",
         grid=_grid,
         physical=_physical,
         discrepancy=0.1,

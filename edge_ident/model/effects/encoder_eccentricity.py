@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import TURNS_RAD, Array, Motion, Values, cosine_and_sine
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
@@ -26,15 +26,7 @@ _SMALLEST: Final = 0.1  # smallest error of the reading that counts, over the en
 
 
 class EncoderEccentricity(Effect):
-    """A position error that repeats every turn.
-
-    in_words: the position sensor is off its centre or uneven, and errs at every turn
-    part: encoder, its hub and its coupling
-    action: Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the encoder
-        again.
-    signature: repeats every turn and grows with the square of the speed
-    experiment: several speeds over whole turns: --motion staircase
-    """
+    """A position error that repeats every turn."""
 
     parameters = (
         Parameter("cosine", "{position}", -1e9, 1e9, "error in phase with position zero"),
@@ -96,6 +88,12 @@ def _error(position: Array, values: Values) -> tuple[Array, Array]:
 
 
 EFFECT: Final = EncoderEccentricity(
+    advice=Advice(
+        in_words="the position sensor is off its centre or uneven, and errs at every turn",
+        part="encoder, its hub and its coupling",
+        action="Check the run-out of the encoder's hub with a dial gauge. Centre and clamp the "
+        "encoder again.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("cosine", "sine"), ("period",)),
@@ -108,7 +106,9 @@ EFFECT: Final = EncoderEccentricity(
                 for turn in TURNS_RAD  # a travel of less than a turn does not determine one
             ),
         ),
+        signature="repeats every turn and grows with the square of the speed",
         alternatives=("torque_ripple", "position_dependent_load"),
+        experiment="several speeds over whole turns: --motion staircase",
         grid=_grid,
         essential=("period",),
         physical=_physical,

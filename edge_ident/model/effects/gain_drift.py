@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.effects import offset_drift
 from edge_ident.model.model import PARAMETERS
 from edge_ident.model.motion import Array, Values
@@ -21,14 +21,7 @@ _SMALLEST: Final = 0.05  # scale below which it stays, so that a long record nev
 
 
 class GainDrift(Effect):
-    """A factor on the whole effort, a parabola of time.
-
-    in_words: the same command gives more or less force as time passes
-    part: amplifier, current sensor or motor magnets as they warm
-    action: Record once cold and once warm. Compare the current with a second instrument.
-    signature: all coefficients move together
-    experiment: the same motion at the beginning and at the end of a long record
-    """
+    """A factor on the whole effort, a parabola of time."""
 
     parameters = (
         Parameter("rate", "1/s", -10.0, 10.0, "relative growth of the effort at the start"),
@@ -69,9 +62,16 @@ def _scale(time_s: Array, values: Values) -> Array:
 
 
 EFFECT: Final = GainDrift(
+    advice=Advice(
+        in_words="the same command gives more or less force as time passes",
+        part="amplifier, current sensor or motor magnets as they warm",
+        action="Record once cold and once warm. Compare the current with a second instrument.",
+    ),
     search=SearchSpec(
         forms=offset_drift.FORMS,
+        signature="all coefficients move together",
         alternatives=("warm_up", "payload_change", "offset_drift"),
+        experiment="the same motion at the beginning and at the end of a long record",
         grid=_grid,
         discrepancy=0.1,
         open_ended=("time_constant",),

@@ -12,20 +12,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class LoadDependentFriction(Effect):
-    """Dry friction in proportion to the transmitted effort.
-
-    in_words: friction grows with the load
-    part: gear, or screw and nut: their efficiency under load
-    action: Check lubrication and preload of nut or gear. Record with two payloads to confirm it.
-    signature: friction that follows the transmitted effort, not the speed
-    experiment: two payloads, or accelerations that change at one speed: --motion multisine
-    """
+    """Dry friction in proportion to the transmitted effort."""
 
     parameters = (
         Parameter("share", "1", 0.0, 0.9, "of the transmitted effort that is lost"),
@@ -71,9 +64,17 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = LoadDependentFriction(
+    advice=Advice(
+        in_words="friction grows with the load",
+        part="gear, or screw and nut: their efficiency under load",
+        action="Check lubrication and preload of nut or gear. Record with two payloads to "
+        "confirm it.",
+    ),
     search=SearchSpec(
         forms=(Form(("share",), ("guided", "moved")),),
+        signature="friction that follows the transmitted effort, not the speed",
         alternatives=("actuator_deadband", "nonlinear_viscous", "payload_change"),
+        experiment="two payloads, or accelerations that change at one speed: --motion multisine",
         grid=_grid,
         discrepancy=0.1,
         open_ended=("guided", "moved"),

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import SOUND_RESONANCE_HZ, Excitation, Form, SearchSpec
 
@@ -24,15 +24,7 @@ _SECOND: Final = (-15.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0)
 
 
 class NoncollocatedCompliance(Effect):
-    """A spring before the encoder; memory: the effort that passes it, and its rate.
-
-    in_words: the motor winds up a spring before the load, and with it the encoder, follows
-    part: belt, screw, coupling or gear between the motor and the encoder of the load
-    action: Close the speed loop on the motor's own encoder where there is one, and the position
-        loop well below the resonance. Check the clamps of the coupling and the tension of the belt.
-    signature: grows with the second derivative of the whole effort, and leads it
-    experiment: a motion with content up to the resonance: --motion multisine
-    """
+    """A spring before the encoder; memory: the effort that passes it, and its rate."""
 
     parameters = (
         Parameter("lag_per_acceleration", "s^2", 0.0, 1.0, "1/ω² of the free resonance ω in rad/s"),
@@ -114,9 +106,18 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = NoncollocatedCompliance(
+    advice=Advice(
+        in_words="the motor winds up a spring before the load, and with it the encoder, follows",
+        part="belt, screw, coupling or gear between the motor and the encoder of the load",
+        action="Close the speed loop on the motor's own encoder where there is one, and the "
+        "position loop well below the resonance. Check the clamps of the coupling and the tension "
+        "of the belt.",
+    ),
     search=SearchSpec(
         forms=(Form(("lag_per_acceleration",)),),
+        signature="grows with the second derivative of the whole effort, and leads it",
         alternatives=("coupling_compliance", "time_delay", "backlash"),
+        experiment="a motion with content up to the resonance: --motion multisine",
         physical=_physical,
         discrepancy=0.25,
         sound=_sound,

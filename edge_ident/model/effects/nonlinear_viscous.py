@@ -10,20 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class NonlinearViscous(Effect):
-    """Friction that bends with speed.
-
-    in_words: friction does not grow evenly with speed, as with oil, grease or air
-    part: lubricant, seals, and covers or fans that move air
-    action: Check kind and amount of the lubricant. Record again when the machine is warm.
-    signature: friction bends over the whole range of speeds
-    experiment: many speeds both ways, in no order of time: --motion multisine
-    """
+    """Friction that bends with speed."""
 
     parameters = (
         Parameter("level", "{effort}", -1e9, 1e9, "at a speed of one per second"),
@@ -57,9 +50,16 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = NonlinearViscous(
+    advice=Advice(
+        in_words="friction does not grow evenly with speed, as with oil, grease or air",
+        part="lubricant, seals, and covers or fans that move air",
+        action="Check kind and amount of the lubricant. Record again when the machine is warm.",
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("exponent",)),),
+        signature="friction bends over the whole range of speeds",
         alternatives=("stribeck_friction", "warm_up", "load_dependent_friction"),
+        experiment="many speeds both ways, in no order of time: --motion multisine",
         curve=("friction", "speed"),
         grid=_grid,
         # beside Coulomb friction, ever smaller powers tend to the logarithm of the speed

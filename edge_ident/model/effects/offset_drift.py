@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
@@ -20,15 +20,7 @@ TIME_CONSTANT: Final = Parameter(
 
 
 class OffsetDrift(Effect):
-    """A slow effort of its own, independent of the motion.
-
-    in_words: the constant force changes slowly with time
-    part: amplifier or force sensor as it warms, or a weight balance that loses pressure
-    action: Let the electronics warm up, set their zero, and record again. Check the pressure of the
-        weight balance.
-    signature: the mean effort moves with time, whatever the motion
-    experiment: the same motion several times over
-    """
+    """A slow effort of its own, independent of the motion."""
 
     parameters = (
         Parameter("rate", "{effort}/s", -1e9, 1e9, "growth at the start"),
@@ -80,9 +72,17 @@ FORMS: Final = (
 """Forms of a drift: even, bent, and towards an end."""
 
 EFFECT: Final = OffsetDrift(
+    advice=Advice(
+        in_words="the constant force changes slowly with time",
+        part="amplifier or force sensor as it warms, or a weight balance that loses pressure",
+        action="Let the electronics warm up, set their zero, and record again. Check the pressure "
+        "of the weight balance.",
+    ),
     search=SearchSpec(
         forms=FORMS,
+        signature="the mean effort moves with time, whatever the motion",
         alternatives=("position_dependent_load", "gain_drift", "payload_change"),
+        experiment="the same motion several times over",
         curve=("load", "time"),
         grid=_grid,
         discrepancy=0.1,

@@ -10,21 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import CLOCK, Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import CLOCK, Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class PayloadChange(Effect):
-    """A step of inertia, Coulomb friction and offset.
-
-    in_words: the axis carries more or less from one moment on
-    part: workpiece, tool or gripper
-    action: Look up in the log of the machine what was picked up or put down then. Record before and
-        after apart.
-    signature: coefficients before a moment and after it differ
-    experiment: accelerations throughout the record: --motion multisine
-    """
+    """A step of inertia, Coulomb friction and offset."""
 
     parameters = (
         Parameter("time", "s", -1e9, 1e9, "of the change, from the start of the record"),
@@ -78,13 +70,21 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PayloadChange(
+    advice=Advice(
+        in_words="the axis carries more or less from one moment on",
+        part="workpiece, tool or gripper",
+        action="Look up in the log of the machine what was picked up or put down then. Record "
+        "before and after apart.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("inertia",), ("time",)),
             Form(("inertia", "coulomb_friction"), ("time",)),
             Form(("inertia", "coulomb_friction", "offset"), ("time",)),
         ),
+        signature="coefficients before a moment and after it differ",
         alternatives=("gain_drift", "warm_up", "offset_drift", "disturbance_event"),
+        experiment="accelerations throughout the record: --motion multisine",
         grid=_grid,
         largest=(Largest(("inertia",), 1.0, Yardstick.INERTIA),),
         discrepancy=0.05,

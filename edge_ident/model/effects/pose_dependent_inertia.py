@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, wave
 from edge_ident.model.search import Form, Link, SearchSpec
 
@@ -22,15 +22,7 @@ _PLACES: Final = {"turning": ("other", Link.INNER), "lifted": ("own", Link.OUTER
 
 
 class PoseDependentInertia(Effect):
-    """Inertia about an upright axis by the angle of a joint that lifts.
-
-    in_words: how far the machine reaches out changes how hard it is to turn
-    part: the links that an upright joint carries
-    action: Turn the first joint with the arm stretched out and with the arm folded, and compare the
-        efforts.
-    signature: the inertia follows the angle of another axis, or grows with its speed squared
-    experiment: both axes at different frequencies, then one at rest: --motion multisine
-    """
+    """Inertia about an upright axis by the angle of a joint that lifts."""
 
     parameters = tuple(
         Parameter(
@@ -75,6 +67,12 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PoseDependentInertia(
+    advice=Advice(
+        in_words="how far the machine reaches out changes how hard it is to turn",
+        part="the links that an upright joint carries",
+        action="Turn the first joint with the arm stretched out and with the arm folded, and "
+        "compare the efforts.",
+    ),
     search=SearchSpec(
         forms=tuple(
             Form(
@@ -87,7 +85,9 @@ EFFECT: Final = PoseDependentInertia(
             for place, (_, link) in _PLACES.items()
             for parts in (_PARTS[:2], _PARTS[2:], _PARTS)
         ),
+        signature="the inertia follows the angle of another axis, or grows with its speed squared",
         alternatives=("cross_axis_coupling", "position_dependent_load"),
+        experiment="both axes at different frequencies, then one at rest: --motion multisine",
         discrepancy=0.1,
     ),
     draw=_draw,

@@ -11,20 +11,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, added, bump, polynomial, wave
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class PositionDependentFriction(Effect):
-    """Dry friction with a parabola, one wave and one bump over the stroke.
-
-    in_words: friction changes along the stroke
-    part: guides, screw and covers at the place where friction is highest
-    action: Look there for dirt, wear or a bent screw. Clean, lubricate and check the alignment.
-    signature: differs along the stroke and changes its sign with the direction
-    experiment: the whole stroke both ways at several speeds: --motion staircase
-    """
+    """Dry friction with a parabola, one wave and one bump over the stroke."""
 
     parameters = (
         Parameter("gradient", "{effort}/{position}", -1e9, 1e9, "rise of friction along the axis"),
@@ -75,6 +68,12 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentFriction(
+    advice=Advice(
+        in_words="friction changes along the stroke",
+        part="guides, screw and covers at the place where friction is highest",
+        action="Look there for dirt, wear or a bent screw. Clean, lubricate and check the "
+        "alignment.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("gradient",)),
@@ -87,7 +86,9 @@ EFFECT: Final = PositionDependentFriction(
                 grid=Excitation.places,
             ),
         ),
+        signature="differs along the stroke and changes its sign with the direction",
         alternatives=("torque_ripple", "position_dependent_load", "asymmetric_friction"),
+        experiment="the whole stroke both ways at several speeds: --motion staircase",
         curve=("friction", "position"),
         grid=_grid,
         discrepancy=0.05,

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import TURNS_RAD, Array, Motion, Values, added, polynomial, wave
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
@@ -22,15 +22,7 @@ _ROUNDING: Final = 1e-9
 
 
 class PositionDependentInertia(Effect):
-    """Inertia with a parabola and one wave over the stroke.
-
-    in_words: how much is moved depends on where the axis stands
-    part: crank, linkage, reel, or what the axis swings out
-    action: No fault where the mechanism is built so: keep it in the model. Otherwise look for a
-        load that slides or comes loose.
-    signature: along the stroke, grows with the acceleration and with the speed squared
-    experiment: the whole stroke at several accelerations: --motion multisine
-    """
+    """Inertia with a parabola and one wave over the stroke."""
 
     parameters = (
         Parameter("slope", "{inertia}/{position}", -1e9, 1e9, "rise of the inertia"),
@@ -89,6 +81,12 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentInertia(
+    advice=Advice(
+        in_words="how much is moved depends on where the axis stands",
+        part="crank, linkage, reel, or what the axis swings out",
+        action="No fault where the mechanism is built so: keep it in the model. Otherwise look for "
+        "a load that slides or comes loose.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("slope",), several_speeds=True),
@@ -101,7 +99,9 @@ EFFECT: Final = PositionDependentInertia(
             ),
             Form(("cosine", "sine"), ("period",), several_speeds=True),
         ),
+        signature="along the stroke, grows with the acceleration and with the speed squared",
         alternatives=("encoder_eccentricity", "position_dependent_load", "coupling_compliance"),
+        experiment="the whole stroke at several accelerations: --motion multisine",
         curve=("inertia", "position"),
         grid=_grid,
         physical=_physical,

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, added, bump, polynomial, wave
 from edge_ident.model.search import Excitation, Form, Link, SearchSpec
 
@@ -24,15 +24,7 @@ _ROUNDING: Final = 1e-9
 
 
 class PositionDependentLoad(Effect):
-    """A conservative load along the stroke.
-
-    in_words: a force depends on where the axis stands, like a weight, a spring or a cable
-    part: cable chain, hoses, springs, weight balance or a hanging arm
-    action: Detach hoses or chain if you can, and record again. A weight that hangs on a joint is no
-        fault: keep it in the model.
-    signature: differs along the stroke and is the same both ways
-    experiment: the whole stroke at several accelerations: --motion multisine
-    """
+    """A conservative load along the stroke."""
 
     parameters = (
         Parameter("stiffness", "{effort}/{position}", -1e9, 1e9, "of a spring about zero"),
@@ -113,6 +105,12 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PositionDependentLoad(
+    advice=Advice(
+        in_words="a force depends on where the axis stands, like a weight, a spring or a cable",
+        part="cable chain, hoses, springs, weight balance or a hanging arm",
+        action="Detach hoses or chain if you can, and record again. A weight that hangs on a joint "
+        "is no fault: keep it in the model.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("stiffness",)),
@@ -133,12 +131,14 @@ EFFECT: Final = PositionDependentLoad(
             ),
             Form(("bump",), ("place", "width"), grid=Excitation.places),
         ),
+        signature="differs along the stroke and is the same both ways",
         alternatives=(
             "torque_ripple",
             "position_dependent_friction",
             "offset_drift",
             "cross_axis_coupling",
         ),
+        experiment="the whole stroke at several accelerations: --motion multisine",
         curve=("load", "position"),
         grid=_grid,
         physical=_physical,

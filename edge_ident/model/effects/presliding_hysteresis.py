@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from edge_ident.model import search
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 
 _BRISTLES: Final = 10
@@ -24,16 +24,7 @@ _REACHES: Final = 0.5 * np.interp(
 
 
 class PreslidingHysteresis(Effect):
-    """Coulomb friction that needs a distance to change its sign; memory: the bristles' shares.
-
-    in_words: friction gives like a spring before the axis slides
-    size: {level} of friction that builds up over {distance}
-    part: guides, bearings and seals, where the axis turns back
-    action: This is usual on a sound machine: keep it in the model. If it has grown, check preload
-        and lubrication of the guides.
-    signature: depends on the distance since the reversal, not on speed or time
-    experiment: small reversals of several sizes: --motion multisine
-    """
+    """Coulomb friction that needs a distance to change its sign; memory: the bristles' shares."""
 
     parameters = (
         Parameter("level", "{effort}", 0.0, 1e9, "part of the Coulomb friction that builds up"),
@@ -106,9 +97,18 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = PreslidingHysteresis(
+    advice=Advice(
+        in_words="friction gives like a spring before the axis slides",
+        size="{level} of friction that builds up over {distance}",
+        part="guides, bearings and seals, where the axis turns back",
+        action="This is usual on a sound machine: keep it in the model. If it has grown, check "
+        "preload and lubrication of the guides.",
+    ),
     search=search.SearchSpec(
         forms=(search.Form(("level",), ("distance",)),),
+        signature="depends on the distance since the reversal, not on speed or time",
         alternatives=("backlash", "stribeck_friction", "coupling_compliance"),
+        experiment="small reversals of several sizes: --motion multisine",
         grid=_grid,
         largest=(
             search.Largest(("level",), 1.0, search.Yardstick.EFFORT),

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
@@ -19,16 +19,7 @@ _BOARD: Final = 2.0  # exponent of the board's law
 
 
 class StribeckFriction(Effect):
-    """Static friction above Coulomb friction, decaying with speed.
-
-    in_words: friction is higher at low speed: the axis sticks before it slides
-    size: {level} more friction at rest than in motion
-    part: guides, bearings, nut or gear, and seals: their lubrication
-    action: Check that enough of the right lubricant arrives. Move the axis over its whole stroke
-        for some minutes and record again.
-    signature: friction is higher at low speed, the same accelerating and decelerating
-    experiment: long moves at slow speeds, both ways: --motion staircase
-    """
+    """Static friction above Coulomb friction, decaying with speed."""
 
     parameters = (
         Parameter("level", "{effort}", 0.0, 1e9, "static friction less Coulomb friction"),
@@ -71,9 +62,18 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = StribeckFriction(
+    advice=Advice(
+        in_words="friction is higher at low speed: the axis sticks before it slides",
+        size="{level} more friction at rest than in motion",
+        part="guides, bearings, nut or gear, and seals: their lubrication",
+        action="Check that enough of the right lubricant arrives. Move the axis over its whole "
+        "stroke for some minutes and record again.",
+    ),
     search=SearchSpec(
         forms=(Form(("level",), ("speed",)), Form(("level",), ("speed",), grid=_exponential)),
+        signature="friction is higher at low speed, the same accelerating and decelerating",
         alternatives=("nonlinear_viscous", "presliding_hysteresis"),
+        experiment="long moves at slow speeds, both ways: --motion staircase",
         curve=("friction", "speed"),
         grid=_grid,
         largest=(Largest(("level",), 1.0, Yardstick.EFFORT),),

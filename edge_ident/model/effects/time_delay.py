@@ -10,21 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import LARGEST_SHIFT, Array, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class TimeDelay(Effect):
-    """Shift of the whole effort in time.
-
-    in_words: force and position are not recorded at the same time
-    size: the effort is recorded {delay} late
-    part: the recorder, not the mechanics: controller, bus or data logger
-    action: Check time stamps, filters and bus cycle. Record both signals with one clock.
-    signature: the whole effort is shifted, the same at all amplitudes
-    experiment: quick changes of acceleration: --motion multisine
-    """
+    """Shift of the whole effort in time."""
 
     parameters = (Parameter("delay", "s", -1.0, 1.0, "by which the effort is recorded late"),)
     effort_delay = "delay"
@@ -56,9 +48,17 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TimeDelay(
+    advice=Advice(
+        in_words="force and position are not recorded at the same time",
+        size="the effort is recorded {delay} late",
+        part="the recorder, not the mechanics: controller, bus or data logger",
+        action="Check time stamps, filters and bus cycle. Record both signals with one clock.",
+    ),
     search=SearchSpec(
         forms=(Form(("delay",)),),
+        signature="the whole effort is shifted, the same at all amplitudes",
         alternatives=("coupling_compliance", "presliding_hysteresis"),
+        experiment="quick changes of acceleration: --motion multisine",
         physical=_physical,
     ),
     draw=_draw,

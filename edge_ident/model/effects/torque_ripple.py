@@ -9,21 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, wave
 from edge_ident.model.search import Excitation, Form, Largest, SearchSpec, Yardstick
 
 
 class TorqueRipple(Effect):
-    """One order of a load that repeats with the position.
-
-    in_words: a force repeats with the position
-    part: motor magnets (cogging), gear teeth, a coupling or a bent screw
-    action: Compare the number of repetitions per turn with pole pairs, teeth and lead. The part
-        with that number is the cause.
-    signature: repeats with the position, the same at all speeds and in both directions
-    experiment: several speeds over the same stroke: --motion staircase
-    """
+    """One order of a load that repeats with the position."""
 
     parameters = (
         Parameter("cosine", "{effort}", -1e9, 1e9, "amplitude in phase with position zero"),
@@ -61,13 +53,21 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = TorqueRipple(
+    advice=Advice(
+        in_words="a force repeats with the position",
+        part="motor magnets (cogging), gear teeth, a coupling or a bent screw",
+        action="Compare the number of repetitions per turn with pole pairs, teeth and lead. The "
+        "part with that number is the cause.",
+    ),
     search=SearchSpec(
         forms=(Form(("cosine", "sine"), ("period",)),),
+        signature="repeats with the position, the same at all speeds and in both directions",
         alternatives=(
             "encoder_eccentricity",
             "position_dependent_load",
             "position_dependent_friction",
         ),
+        experiment="several speeds over the same stroke: --motion staircase",
         grid=_grid,
         largest=(Largest(("cosine", "sine"), 1.0, Yardstick.EFFORT),),
         essential=("period",),

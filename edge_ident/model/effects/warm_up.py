@@ -10,20 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from edge_ident.model.effect import Compensation, Draws, Effect, Parameter, Scale
+from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values
 from edge_ident.model.search import Excitation, Form, SearchSpec
 
 
 class WarmUp(Effect):
-    """Viscous and dry friction of the cold machine that fades.
-
-    in_words: friction falls while the machine warms
-    part: the lubricant in guides, nut and bearings
-    action: Warm the machine up before you measure or work. Record again when it is warm.
-    signature: friction falls from repeat to repeat, and inertia does not
-    experiment: the same motion for longer than the machine takes to warm
-    """
+    """Viscous and dry friction of the cold machine that fades."""
 
     parameters = (
         Parameter("excess", "{effort}*s/{position}", -1e9, 1e9, "viscous friction at the start"),
@@ -73,12 +66,19 @@ def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
 
 
 EFFECT: Final = WarmUp(
+    advice=Advice(
+        in_words="friction falls while the machine warms",
+        part="the lubricant in guides, nut and bearings",
+        action="Warm the machine up before you measure or work. Record again when it is warm.",
+    ),
     search=SearchSpec(
         forms=(
             Form(("excess",), ("time_constant",)),
             Form(("excess", "dry_excess"), ("time_constant",)),
         ),
+        signature="friction falls from repeat to repeat, and inertia does not",
         alternatives=("gain_drift", "nonlinear_viscous", "payload_change"),
+        experiment="the same motion for longer than the machine takes to warm",
         grid=_grid,
         physical=_physical,
         discrepancy=0.1,

@@ -16,13 +16,12 @@ from edge_ident.diagnosis.fit.candidates import candidates
 from edge_ident.errors import ModelError
 from edge_ident.identification.identify import identify
 from edge_ident.model import effects
-from edge_ident.model.effect import Advice, Effect
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, SupportedRange, Term
 from edge_ident.model.model_files import load_model, save_model
 from edge_ident.model.motion import Motion
-from edge_ident.model.search import Form, SearchSpec
+from edge_ident.model.search import Form
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop import recorded_references
 from edge_ident.simulation.simulate import Scenario, record
@@ -229,19 +228,3 @@ def test_a_file_that_breaks_a_rule_is_refused(folder: Path, part: str) -> None:
     with pytest.raises(ModelError, match=message) as caught:
         named(NAME)
     assert caught.value.next_step == f"correct edge_ident/model/effects/{NAME}.py"
-
-
-def test_texts_may_stand_in_the_docstring() -> None:
-    class Drag(Effect):
-        """Drag that fades.
-
-        part: magnets near
-            the axis
-        signature: fades with speed
-        """
-
-    found = Drag(SearchSpec(experiment="slow moves"), advice=Advice("drag", "", "Move them."))
-    assert found.title == "Drag that fades."
-    assert found.advice == Advice("drag", "magnets near the axis", "Move them.")
-    assert (found.search.signature, found.search.experiment) == ("fades with speed", "slow moves")
-    assert Drag(advice=Advice(part="covers")).advice.part == "covers"
