@@ -77,7 +77,7 @@ def _level(x: Array, values: Values, *, finer_at_zero: bool = False) -> Array:
     if cell.size == 1:  # at an instant of a simulation: no table has to be put together
         low, high = (values[_NAMES[cell.item() + k]] for k in (0, 1))
         return np.asarray(low + (along - cell) * (high - low))
-    table = np.stack(np.broadcast_arrays(*(values[name] for name in _NAMES)))
+    table = np.array([values[name] for name in _NAMES])
     if table[0].size == 1:  # one drive: no copy of the table for each sample
         low, high = table.ravel()[cell], table.ravel()[cell + 1]
     else:
@@ -90,7 +90,7 @@ def _level(x: Array, values: Values, *, finer_at_zero: bool = False) -> Array:
 
 def _steepest(values: Values, *, finer_at_zero: bool = False) -> Array:
     """Largest slope of the table; that over speed is steep at zero."""
-    table = np.stack(np.broadcast_arrays(*(values[name] for name in _NAMES)))
+    table = np.array([values[name] for name in _NAMES])
     place = at_entries(0.0, 1.0, finer_at_zero=finer_at_zero)
     steps = np.diff(place).reshape(-1, *[1] * (table.ndim - 1))
     span = np.maximum(values["last"] - values["first"], _LEAST)

@@ -380,8 +380,9 @@ class WideSignals:
 
     def above(self, signals: Array) -> Array:
         """Signals (..., N), weighted, without what lies below the cut-off."""
-        weighted = self.weight * signals
-        return np.asarray(weighted - lowpass(weighted, _FROM * self.cutoff_hz, self.period_s))
+        found = self.weight * signals
+        found -= lowpass(found, _FROM * self.cutoff_hz, self.period_s)
+        return found
 
     def energy_above(self, rates: Array, *, white: bool) -> Array:
         """Share (F,) of the energy above the cut-off, of waves of position (rad per its unit).

@@ -148,7 +148,8 @@ class Rest:
 
         shown = _shown(wide, wide.acceleration)
         motion = [*_of_motion(wide, shown), *wide.loads]
-        rows = np.stack([above(row) for row in (*motion, *waves)])  # together they are large
+        signals = [*motion, *waves]  # together their spectra would be large
+        rows = np.fromiter(map(above, signals), (np.float64, samples), len(signals))
         effort = above(wide.effort)
         left = effort - least_squares(rows, effort) @ rows
         beside_motion = left
