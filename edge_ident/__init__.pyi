@@ -4,9 +4,9 @@ from edge_ident.baselines.comparison import Comparison as Comparison
 from edge_ident.baselines.comparison import compare as compare
 from edge_ident.baselines.comparison import comparison_methods as comparison_methods
 from edge_ident.commissioning.ports import connect as connect
-from edge_ident.control.drive_gains import GainDesigns as GainDesigns
-from edge_ident.control.drive_gains import design_gains as design_gains
 from edge_ident.control.gain_design import GainDesign as GainDesign
+from edge_ident.control.gain_design import GainDesigns as GainDesigns
+from edge_ident.control.gain_design import design_gains as design_gains
 from edge_ident.diagnosis.diagnose import diagnose as diagnose
 from edge_ident.diagnosis.error_budget import ErrorBudget as ErrorBudget
 from edge_ident.diagnosis.measures import TOLERANCE as TOLERANCE

@@ -201,9 +201,9 @@ def _plan(
     seed: int,
     known: "edge_ident.Model | None",
     diagnosis: DiagnosisOptions,
-) -> "commissioning.run.Plan":
+) -> "commissioning.identification_motions.Plan":
     """What the options ask for."""
-    return commissioning.run.Plan(
+    return commissioning.identification_motions.Plan(
         motion=motions.motion,
         cycles=motions.periods,
         bandwidth_rad_s=gains.bandwidth,

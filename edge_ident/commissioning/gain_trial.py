@@ -99,7 +99,6 @@ class MotionBefore:
         name: MotionName,
         capture: Capture,
         found: Identification,
-        recorded: Recorded | None = None,
     ) -> Self:
         """A named motion of a drive, and what was identified from it.
 
@@ -114,7 +113,7 @@ class MotionBefore:
         else:
             cycle = replace(cycle, duration_s=samples * sampling_s)
         first, second = NamedMotion(name, cycle), second_motion(drive, name)
-        return cls(capture, first, second, Grounds.of(found), recorded)
+        return cls(capture, first, second, Grounds.of(found))
 
 
 class Trial:

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf
+from functools import cached_property
 from pathlib import Path
 from typing import Final, TypeVar
 
@@ -16,6 +16,7 @@ from edge_ident.commissioning.capture import Capture, Enough, Observer, capture_
 from edge_ident.commissioning.homing import move_to
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
+from edge_ident.drive.motions import MotionName
 from edge_ident.errors import DataError, EdgeIdentError
 from edge_ident.estimation.network import Network
 from edge_ident.experiment.result import MotionPlan
@@ -54,8 +55,8 @@ class _EndedError(Exception):
 class Budget:
     """Computing time that is left, s."""
 
-    left_s: float = inf
-    whole_s: float = inf
+    left_s: float = math.inf
+    whole_s: float = math.inf
 
     def __post_init__(self) -> None:
         self.whole_s = self.left_s
@@ -121,44 +122,92 @@ def capture_file(number: int) -> str:
 
 
 @dataclass(frozen=True)
+class Plan:
+    """What the user wants.
+
+    Attributes
+    ----------
+    motion : {"sinusoid", "multisine", "staircase"}
+    cycles : int or None
+        Periods of the identification motion; None takes the drive description's.
+    bandwidth_rad_s : float or None
+        Of the closed loop's poles; None takes the highest that keeps the margins.
+    write : bool
+        False for a dry run: everything up to the forecast on the motion of the identification.
+    store : bool
+        Keep confirmed gains over a power cycle.
+    seed : int
+    model : Model or None
+        Effects that are known of the drive.
+    diagnose : bool
+        Whether an axis whose base model is not enough is diagnosed.
+    diagnose_first : bool
+        Before any gains are written, and not after.
+    diagnose_within_s : float
+        Computing time of the diagnosis, of all axes together.
+    most_motions : int
+        Identification motions in all: where a diagnosis leaves several explanations, others are
+        designed that separate them.
+    most_s : float
+        Duration of these motions in all, lead-ins included.
+    until : float or None
+        Relative half-width of all intervals at which the first motion ends (`early_answer`).
+    """
+
+    motion: MotionName = "sinusoid"
+    cycles: int | None = None
+    bandwidth_rad_s: float | None = None
+    write: bool = True
+    store: bool = False
+    seed: int = 0
+    model: Model | None = None
+    diagnose: bool = True
+    diagnose_first: bool = False
+    diagnose_within_s: float = 60.0
+    most_motions: int = 3
+    most_s: float = math.inf
+    until: float | None = None
+
+
+@dataclass(frozen=True)
 class Study:
     """What is identified, with what, and how far it may go.
 
     Attributes
     ----------
+    plan : Plan
     board : Board
         At rest, enabled, within `edge_ident.commissioning.safety.left_safe`.
     drive : Drive
+    network : Network or None
     folder : Path
         For the captures.
     observer : Observer
     watch : Stopwatch
-    network : Network or None
-    model : Model or None
-        Effects that are known of the drive.
-    seed : int
-    diagnose : bool
-        Whether an axis whose base model is not enough is diagnosed.
-    most_motions : int
-        Identification motions in all.
-    most_s : float
-        Their duration in all, as designed, lead-ins included.
-    budget : Budget
-        Computing time of the diagnosis.
     """
 
+    plan: Plan
     board: Board
     drive: Drive
+    network: Network | None
     folder: Path
     observer: Observer
-    watch: Stopwatch
-    network: Network | None = None
-    model: Model | None = None
-    seed: int = 0
-    diagnose: bool = True
-    most_motions: int = 1
-    most_s: float = inf
-    budget: Budget = field(default_factory=Budget)
+    watch: Stopwatch = field(default_factory=Stopwatch)
+
+    @cached_property
+    def budget(self) -> Budget:
+        """Computing time of the diagnosis."""
+        return Budget(self.plan.diagnose_within_s)
+
+    def identify(
+        self, recording: Recording, diagnosed: Mapping[str, AxisDiagnosis] | None = None
+    ) -> Identification:
+        """By the base model, effects that are known, and what a diagnosis found."""
+        plan = self.plan
+        return identify(
+            recording, self.network, model=plan.model, seed=plan.seed, diagnose=False,
+            diagnosed=diagnosed,
+        )  # fmt: skip
 
     def computed(self, work: Callable[[Progress], _T]) -> _T:
         """Diagnose, or design a motion, within the budget; see `computing`."""
@@ -268,7 +317,7 @@ def rehearse(study: Study, trajectory: Trajectory) -> None:
         axes[name] = AxisRecord(count * np.round(along.position_rad / count), effort, "rad", "N*m")
     try:
         made_up = Recording(time_s, axes, "rehearsal")
-        identify(made_up, study.network, model=study.model, diagnose=False)
+        study.identify(made_up)
     except DataError as error:  # too short, or at rest: the recording itself will tell
         log.info("rehearsal: %s", error.cause)
 
@@ -277,21 +326,14 @@ def identified(study: Study, recording: Recording) -> Identification:
     """Identify what was captured, by the base model and effects that are known."""
     study.observer.stage("identification")
     check_recording(recording)
-    return identify(recording, study.network, model=study.model, seed=study.seed, diagnose=False)
+    return study.identify(recording)
 
 
 def with_diagnoses(
     study: Study, recording: Recording, diagnosed: Mapping[str, AxisDiagnosis]
 ) -> Identification:
     """Identify what was captured with what a diagnosis found, and say that."""
-    found = identify(
-        recording,
-        study.network,
-        model=study.model,
-        seed=study.seed,
-        diagnose=False,
-        diagnosed=diagnosed,
-    )
+    found = study.identify(recording, diagnosed)
     for name, axis in found.axes.items():
         if axis.diagnosis is not None:
             study.tell(f"axis {name}: {axis.diagnosis_sentence}")
@@ -467,12 +509,9 @@ class Looks:
         return f"every parameter is known to {self._bound}, but not until its end"
 
     def _ok(self, recording: Recording) -> bool:
-        study = self._study
         try:
             check_recording(recording)
-            found = identify(
-                recording, study.network, model=study.model, seed=study.seed, diagnose=False
-            )
+            found = self._study.identify(recording)
         except DataError as error:
             log.info("look at %d samples: %s", len(recording.time_s), error.cause)
             return False

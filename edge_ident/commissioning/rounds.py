@@ -66,11 +66,7 @@ class Rounds:
     Parameters
     ----------
     study : Study
-    bandwidth_rad_s : float or None
-        Of the closed loop's poles; None takes the highest that keeps the margins.
     first : IdentificationMotion
-    before : MotionBefore
-        The same motion, as new gains are judged by it.
     gains_before : mapping of axis name to AxisGains
         In force before the run.
 
@@ -90,13 +86,13 @@ class Rounds:
     def __init__(
         self,
         study: identification_motions.Study,
-        bandwidth_rad_s: float | None,
         first: identification_motions.IdentificationMotion,
-        before: MotionBefore,
         gains_before: Bank,
     ) -> None:
-        self._study, self._bandwidth, self._first = study, bandwidth_rad_s, first
-        self._board, self._before, self.found = study.board, before, first.found
+        self._study, self._board, self._first, self.found = study, study.board, first, first.found
+        # the same motion, as new gains are judged by it
+        before = MotionBefore.of(study.drive, study.plan.motion, first.capture, first.found)
+        self._before = before
         self._gains_before = gains_before
         self._hardware = LoopHardware.of_axes(self._board.identity, self._board.limits())
         self._count_rad = self._board.identity.encoder_resolution_rad
@@ -198,7 +194,7 @@ class Rounds:
         """Take a motion for the next fit; the shift of the effort is that of the surest motion."""
         self._recordings.append(recording)
         try:
-            seen = identify(recording, model=self._study.model, diagnose=False)
+            seen = identify(recording, model=self._study.plan.model, diagnose=False)
         except DataError as error:  # too short by itself
             log.info("the shift of the effort in this motion: %s", error.cause)
             return
@@ -223,6 +219,7 @@ class Rounds:
     def _designed(self) -> tuple[Grounds, dict[str, GainDesign]]:
         """Gains of every axis from all motions, careful where the last ones were taken back."""
         active, limits = self._board.active_gains(), self._board.limits()
+        bandwidth = self._study.plan.bandwidth_rad_s
         with self._study.watch.stage("last_sample_to_verified"):
             axes = {name: self._effective(name) for name in self._hardware}
             grounds = _grounds(axes, self.found, self._timing)
@@ -237,7 +234,7 @@ class Rounds:
                     gain_step=limits[name].gain_step,
                     most_rad_s=_CAREFUL * self._bandwidths[name] if caution else math.inf,
                 )
-                found = design(axis.model, self._hardware[name], self._bandwidth, ground=ground)
+                found = design(axis.model, self._hardware[name], bandwidth, ground=ground)
                 found = replace(found, gains=within_board(found.gains, active[name], limits[name]))
                 if caution > 1:
                     found = left_alone(found, active[name])
@@ -277,12 +274,12 @@ class Rounds:
         """Make the drive's own livelier motion, where the others do not show the inertia."""
         study, first = self._study, self._first
         doubts = {axis: (found.kept,) for axis, found in designs.items() if found.kept}
-        if not doubts or self.livelier is not None or study.most_motions < 2:
+        if not doubts or self.livelier is not None or study.plan.most_motions < 2:
             return False
         trajectory = livelier_motion(study, first)
         if (
             trajectory is None
-            or first.duration_s + identification_motions.duration_s(trajectory) > study.most_s
+            or first.duration_s + identification_motions.duration_s(trajectory) > study.plan.most_s
         ):
             return False
         self._board.settle()

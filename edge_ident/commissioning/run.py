@@ -1,13 +1,12 @@
 """The whole job on a board: move, identify, design, write, verify, confirm or roll back."""
 
 import logging
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,13 +19,12 @@ from edge_ident.commissioning.capture import (
     come_to_rest,
 )
 from edge_ident.commissioning.gain_transfer import keep_backup
-from edge_ident.commissioning.gain_trial import MotionBefore
 from edge_ident.commissioning.identification_motions import (
     CAPTURE_FILE,
-    Budget,
     EarlyAnswer,
     IdentificationMotion,
     Looks,
+    Plan,
     Study,
     captured,
     identified,
@@ -40,12 +38,11 @@ from edge_ident.commissioning.verification import GainChange, Tracking
 from edge_ident.control.gain_design import GainDesign, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
-from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.drive.motions import named_trajectory
 from edge_ident.estimation.network import Network
 from edge_ident.estimation.trust import WEAK, WEAK_LIMIT, Finding
 from edge_ident.identification.result import Identification, known_sentence, worth_acting_on
 from edge_ident.model.model import PARAMETERS, AxisModel, Model
-from edge_ident.support.stopwatch import Stopwatch
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank
 from firmware_interface.motion import Trajectory
@@ -161,68 +158,6 @@ def _ending(change: GainChange | None) -> Ending:
     return Ending.BETTER if verified and verified.verdict == "better" else Ending.AS_WELL
 
 
-DIAGNOSE_WITHIN_S: Final = 60.0
-"""Computing time of a diagnosis, of all axes together, unless a user allows more or less."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What the user wants.
-
-    Attributes
-    ----------
-    motion : {"sinusoid", "multisine", "staircase"}
-    cycles : int or None
-        Periods of the identification motion; None takes the drive description's.
-    bandwidth_rad_s : float or None
-        Of the closed loop's poles; None takes the highest that keeps the margins.
-    write : bool
-        False for a dry run: everything up to the forecast on the motion of the identification.
-    store : bool
-        Keep confirmed gains over a power cycle.
-    seed : int
-    model : Model or None
-        Effects that are known of the drive.
-    diagnose : bool
-        Whether an axis whose base model is not enough is diagnosed.
-    diagnose_first : bool
-        Before any gains are written, and not after.
-    diagnose_within_s : float
-        Computing time of the diagnosis, of all axes together.
-    most_motions : int
-        Identification motions in all: where a diagnosis leaves several explanations, others are
-        designed that separate them.
-    most_s : float
-        Duration of these motions in all, lead-ins included.
-    until : float or None
-        Relative half-width of all intervals at which the first motion ends (`early_answer`).
-    """
-
-    motion: MotionName = "sinusoid"
-    cycles: int | None = None
-    bandwidth_rad_s: float | None = None
-    write: bool = True
-    store: bool = False
-    seed: int = 0
-    model: Model | None = None
-    diagnose: bool = True
-    diagnose_first: bool = False
-    diagnose_within_s: float = DIAGNOSE_WITHIN_S
-    most_motions: int = 3
-    most_s: float = math.inf
-    until: float | None = None
-
-    def study(
-        self, board: Board, drive: Drive, network: Network | None, folder: Path, observer: Observer
-    ) -> Study:
-        """What is to be identified of a drive."""
-        return Study(
-            board, drive, folder, observer, Stopwatch(), network, model=self.model, seed=self.seed,
-            diagnose=self.diagnose, most_motions=self.most_motions, most_s=self.most_s,
-            budget=Budget(self.diagnose_within_s),
-        )  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Outcome:
     """What a run found and did.
@@ -320,7 +255,7 @@ def commission(
     LinkError, BoardError, DataError, ModelError, GainError
     """
     check_drive(board, drive)
-    study = plan.study(board, drive, network, folder, observer)
+    study = Study(plan, board, drive, network, folder, observer)
     trajectory = named_trajectory(drive, plan.motion, plan.cycles)
     check_recordable(board, trajectory, folder / CAPTURE_FILE)
     make_ready(board)
@@ -331,7 +266,7 @@ def commission(
     with ready_to_move(board, observer.say):
         first, early = _first_motion(study, trajectory, plan.until)
         answer = _answer_of_board(study, first)
-        job = _Job(study, plan, first, gains_before)
+        job = _Job(study, first, gains_before)
         job.do()
         change = job.change
         stored = plan.store and change is not None and (change.confirmed or change.unchanged)
@@ -343,12 +278,9 @@ def commission(
 class _Job:
     """What a run does once its first motion is identified."""
 
-    def __init__(
-        self, study: Study, plan: Plan, first: IdentificationMotion, gains_before: Bank
-    ) -> None:
-        self.study, self.plan, self.first = study, plan, first
-        before = MotionBefore.of(study.drive, plan.motion, first.capture, first.found)
-        self.rounds = Rounds(study, plan.bandwidth_rad_s, first, before, gains_before)
+    def __init__(self, study: Study, first: IdentificationMotion, gains_before: Bank) -> None:
+        self.study, self.plan, self.first = study, study.plan, first
+        self.rounds = Rounds(study, first, gains_before)
         self.separation = Separation((first,))
 
     @property
@@ -448,13 +380,11 @@ def _first_motion(
     return first, None if looks is None else looks.answer(capture, found)
 
 
-def board_designs(
-    board: Board, found: Identification, bandwidth_rad_s: float | None = None
-) -> dict[str, GainDesign]:
+def board_designs(board: Board, found: Identification) -> dict[str, GainDesign]:
     """Gains of every axis, for this board's sampling, delay, encoder, limits and control law."""
     hardware = LoopHardware.of_axes(board.identity, board.limits())
     return {
-        name: design(axis.model, hardware[name], bandwidth_rad_s, at_s=axis.end_s)
+        name: design(axis.model, hardware[name], at_s=axis.end_s)
         for name, axis in found.axes.items()
     }
 

@@ -90,7 +90,7 @@ def separate(study: Study, made: Sequence[IdentificationMotion]) -> Separation:
     """
     motions = list(made)
     while _doubts(study, motions) or any(map(is_open, _open_questions(motions).values())):
-        if len(motions) >= study.most_motions:
+        if len(motions) >= study.plan.most_motions:
             return Separation(tuple(motions), _motions_used_up(motions))
         try:
             ended = _make_next_motion(study, motions)
@@ -132,7 +132,7 @@ def _conclusion(motions: Sequence[IdentificationMotion]) -> str:
 
 def _doubts(study: Study, motions: Sequence[IdentificationMotion]) -> dict[str, tuple[str, ...]]:
     """What a livelier motion would show, by axis, unless it was made already."""
-    if not study.diagnose or any(motion.sought for motion in motions):
+    if not study.plan.diagnose or any(motion.sought for motion in motions):
         return {}
     return _every_doubt(motions[-1].found)
 
@@ -194,10 +194,10 @@ def _make_next_motion(study: Study, motions: list[IdentificationMotion]) -> str:
         return following.instead
     spent_s = sum(motion.duration_s for motion in motions)
     wanted_s = duration_s(trajectory)
-    if spent_s + wanted_s > study.most_s:
+    if spent_s + wanted_s > study.plan.most_s:
         return (
             f"{_what_is_open(motions)}: the next motion would take {wanted_s:.0f} s, "
-            f"{max(study.most_s - spent_s, 0.0):.0f} s of {study.most_s:.0f} s are left"
+            f"{max(study.plan.most_s - spent_s, 0.0):.0f} s of {study.plan.most_s:.0f} s are left"
         )
     number = len(motions) + 1
     first, *rest = following.told
@@ -227,7 +227,12 @@ def _designed(study: Study, motions: Sequence[IdentificationMotion]) -> MotionPl
     to_separate = Diagnosis(_to_separate(study, motions, recordings), (), {})
     return study.computed(
         lambda progress: plan_motion(
-            to_separate, recordings, study.drive, board=side, seed=study.seed, on_progress=progress
+            to_separate,
+            recordings,
+            study.drive,
+            board=side,
+            seed=study.plan.seed,
+            on_progress=progress,
         )
     )
 
@@ -246,7 +251,9 @@ def _to_separate(
     if not others:
         return open_axes
     beside = study.computed(
-        lambda progress: diagnose(recordings, model=study.model, only=others, on_progress=progress)
+        lambda progress: diagnose(
+            recordings, model=study.plan.model, only=others, on_progress=progress
+        )
     )
     return {
         name: open_axes[name] if name in open_axes else without_causes(beside.axes[name])
@@ -261,7 +268,7 @@ def judged(
     from edge_ident.experiment.plan import diagnose_together
 
     before, motions = diagnoses(made.found), (*earlier, made)
-    seen = identify(made.recording, None, model=study.model, diagnose=False)
+    seen = identify(made.recording, None, model=study.plan.model, diagnose=False)
     names = [
         name
         for name, axis in seen.axes.items()
@@ -273,7 +280,7 @@ def judged(
             names,
             before=before,
             plan=made.plan,
-            model=study.model,
+            model=study.plan.model,
             on_progress=progress,
         )
     )
@@ -291,7 +298,9 @@ def _reidentified(
     found = with_diagnoses(study, motions[0].capture.recording, after)
     axes = dict(found.axes)
     for made in (motion for motion in motions if motion.sought):
-        shown = identify(made.recording, None, model=study.model, diagnose=False, diagnosed=after)
+        shown = identify(
+            made.recording, None, model=study.plan.model, diagnose=False, diagnosed=after
+        )
         for name in made.sought:
             extended = axes[name].source is ParameterSource.EXTENDED_MODEL
             if shown.axes[name].trusted or not (extended and axes[name].trusted):
@@ -361,7 +370,7 @@ def _diagnosed_first(study: Study, first: IdentificationMotion) -> tuple[Identif
         if axis.adequacy.adequate:
             continue
         try:
-            found[name] = study.computed(partial(_of_axis, first.recording, name, study.model))
+            found[name] = study.computed(partial(_of_axis, first.recording, name, study.plan.model))
         except DataError as error:
             study.tell(f"axis {name} could not be diagnosed: {error.cause}")
         except OutOfTimeError as error:
@@ -386,7 +395,7 @@ def _of_axis(
 
 def _reconsidered(study: Study, separation: Separation, second: Recorded) -> Separation:
     """The motions of a run with the second one of a trial, if that contradicts what was found."""
-    if len(separation.motions) >= study.most_motions:
+    if len(separation.motions) >= study.plan.most_motions:
         return separation
     try:
         against = contradictions(separation.found, second.capture.recording)

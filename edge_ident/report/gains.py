@@ -19,8 +19,7 @@ from edge_ident.commissioning.promise import (
     Promised,
 )
 from edge_ident.commissioning.verification import GainChange
-from edge_ident.control.drive_gains import GainDesigns
-from edge_ident.control.gain_design import GainDesign
+from edge_ident.control.gain_design import GainDesign, GainDesigns
 from edge_ident.report.chart import Array, Chart, Layer, across, around, of_axes
 from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Row, next_lines
 from edge_ident.support.documents import finite

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.identification_motions import CAPTURE_FILE
+from edge_ident.commissioning.identification_motions import CAPTURE_FILE, Plan
 from edge_ident.commissioning.rounds import VERIFICATION_FILE
-from edge_ident.commissioning.run import Plan, commission
+from edge_ident.commissioning.run import commission
 from edge_ident.drive.description import load_drive
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording

@@ -9,7 +9,8 @@ import pytest
 from promised import design_always, promise_a_share
 
 from edge_ident.commissioning import gain_transfer as gain_transfer
-from edge_ident.commissioning.run import Plan, commission
+from edge_ident.commissioning.identification_motions import Plan
+from edge_ident.commissioning.run import commission
 from edge_ident.errors import BoardError, DataError, GainError
 from firmware_interface.board import Board
 from firmware_interface.gains import CONSERVATIVE_GAINS

@@ -13,8 +13,8 @@ from rich.console import Console
 
 from edge_ident.commissioning import separation
 from edge_ident.commissioning.further_motions import lines_in_doubt, livelier_motion
-from edge_ident.commissioning.identification_motions import IdentificationMotion, Study
-from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.identification_motions import IdentificationMotion, Plan, Study
+from edge_ident.commissioning.run import Outcome, commission
 from edge_ident.diagnosis.measures import SpectralLine, Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis, OutsideVibration
 from edge_ident.drive.description import load_drive
@@ -154,7 +154,7 @@ def test_a_livelier_motion_asks_for_less_effort_than_the_board_allows(
     """Whatever the sign of the inertia that was found: its amount counts."""
     [first] = only_one.separation.motions
     board = Board.connect(spring())
-    study = Plan().study(board, load_drive(), None, tmp_path, Silent())
+    study = Study(Plan(), board, load_drive(), None, tmp_path, Silent())
     trajectory = livelier_motion(study, first)
     assert trajectory is not None
     lively = replace(first, trajectory=named_trajectory(load_drive(), "multisine"))

@@ -18,12 +18,14 @@ from edge_ident.commissioning.identification_motions import (
     Budget,
     Looks,
     OutOfTimeError,
+    Plan,
     Progress,
+    Study,
     Widest,
     computed,
     earliest_s,
 )
-from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.run import Outcome, commission
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import BoardError, DataError, ModelError
@@ -159,7 +161,7 @@ def test_no_look_comes_where_an_axis_goes_one_way_only() -> None:
 
 def test_two_good_looks_in_a_row_are_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     board = Board.connect(VirtualBoard())
-    study = Plan().study(board, DRIVE, None, Path(), Silent())
+    study = Study(Plan(), board, DRIVE, None, Path(), Silent())
     looks = Looks(study, named_trajectory(DRIVE, "sinusoid", 2), 0.02)
     said = iter([True, False, True, True])
     monkeypatch.setattr(looks, "_ok", lambda recording: next(said))
@@ -172,7 +174,7 @@ def test_two_good_looks_in_a_row_are_needed(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_no_look_comes_where_the_motion_is_over_before_the_next() -> None:
     board = Board.connect(VirtualBoard())
-    study = Plan().study(board, DRIVE, None, Path(), Silent())
+    study = Study(Plan(), board, DRIVE, None, Path(), Silent())
     looks = Looks(study, named_trajectory(DRIVE, "sinusoid", 1), 0.02)
     assert not looks.enough(round(0.97 * PERIOD_S / SAMPLE_S), lambda: pytest.fail("a look"))
 
@@ -280,7 +282,7 @@ def test_everything_that_follows_a_motion_is_rehearsed_the_network_too(
     looked_at: list[tuple[Recording, Identification]], tmp_path: Path
 ) -> None:
     drive, board = load_drive(), Board.connect(VirtualBoard())
-    study = Plan().study(board, drive, load_network(), tmp_path, Silent())
+    study = Study(Plan(), board, drive, load_network(), tmp_path, Silent())
     identification_motions.rehearse(study, named_trajectory(drive, "sinusoid", None))
     [(_, found)] = looked_at
     assert all(axis.network is not None for axis in found.axes.values())
@@ -295,7 +297,7 @@ def test_a_motion_that_tells_nothing_is_not_refused_by_its_rehearsal(
         raise DataError("only 3 independent samples show the axis in motion", "move longer")
 
     drive, board = load_drive(), Board.connect(VirtualBoard())
-    study = Plan().study(board, drive, None, tmp_path, Silent())
+    study = Study(Plan(), board, drive, None, tmp_path, Silent())
     monkeypatch.setattr(identification_motions, "identify", refused)
     identification_motions.rehearse(study, named_trajectory(drive, "sinusoid", None))
 

@@ -19,6 +19,7 @@ from edge_ident.commissioning.further_motions import (
     second_motion,
     within_limits,
 )
+from edge_ident.commissioning.identification_motions import Plan
 from edge_ident.commissioning.promise import (
     Errors,
     Expected,
@@ -29,7 +30,7 @@ from edge_ident.commissioning.promise import (
     check_stable,
 )
 from edge_ident.commissioning.promise import promised as forecast
-from edge_ident.commissioning.run import Outcome, Plan, board_designs, commission
+from edge_ident.commissioning.run import Outcome, board_designs, commission
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory

@@ -10,7 +10,8 @@ from interrupted_link import PHASES, InterruptedLink, Killed
 
 from edge_ident.commissioning import safety, verification
 from edge_ident.commissioning.capture import with_lead_in
-from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.identification_motions import Plan
+from edge_ident.commissioning.run import Outcome, commission
 from edge_ident.commissioning.verification import compare_motions
 from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from edge_ident.commissioning.gain_transfer import load_gains
-from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.identification_motions import Plan
+from edge_ident.commissioning.run import Outcome, commission
 from edge_ident.report.gains import commit_document
 from firmware_interface.board import Board
 from firmware_interface.gains import Bank

@@ -9,7 +9,8 @@ import pytest
 
 from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.capture import Capture
-from edge_ident.commissioning.run import Ending, Outcome, Plan, commission
+from edge_ident.commissioning.identification_motions import Plan
+from edge_ident.commissioning.run import Ending, Outcome, commission
 from edge_ident.drive.description import load_drive
 from edge_ident.identification.result import ParameterSource
 from firmware_interface.board import Board

@@ -12,7 +12,8 @@ from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
 
 from edge_ident.commissioning import identification_motions
-from edge_ident.commissioning.run import Outcome, Plan, commission
+from edge_ident.commissioning.identification_motions import Plan
+from edge_ident.commissioning.run import Outcome, commission
 from edge_ident.commissioning.separation import contradictions
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.control.drive_gains import design_gains
+from edge_ident.control.gain_design import design_gains
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import Diagnosis
