@@ -22,7 +22,8 @@ def lazy_names(package: str, folder: str) -> "tuple[Callable[[str], Any], list[s
     package : str
         Name of the package.
     folder : str
-        Where the stub stands, a line `from MODULE import NAME as NAME` for each name.
+        Where the stub stands, a line `from MODULE import NAME as NAME` for each name; of a
+        package, a name may be one of its modules.
 
     Returns
     -------
@@ -37,38 +38,10 @@ def lazy_names(package: str, folder: str) -> "tuple[Callable[[str], Any], list[s
     def attribute(name: str) -> "Any":
         if name not in where:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(where[name]), name)
+        home = vars(import_module(where[name]))
+        return home[name] if name in home else import_module(f"{where[name]}.{name}")
 
     return attribute, list(where)
-
-
-def lazy_modules(package: str, *further: str) -> "Callable[[str], Any]":
-    """Make the `__getattr__` of a package whose modules load when they are first named.
-
-    Parameters
-    ----------
-    package : str
-        Name of the package.
-    *further : str
-        Modules of other packages that it offers, too.
-
-    Returns
-    -------
-    callable
-        Raises AttributeError for a name that is no module.
-    """
-    places = {module.rpartition(".")[2]: module for module in further}
-
-    def attribute(name: str) -> "Any":
-        module = places.get(name, f"{package}.{name}")
-        try:
-            return import_module(module)
-        except ModuleNotFoundError as error:
-            if error.name != module:  # one that this module needs
-                raise
-            raise AttributeError(f"module {package!r} has no attribute {name!r}") from None
-
-    return attribute
 
 
 VIEWS: "dict[str, str]" = {}
