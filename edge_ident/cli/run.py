@@ -18,6 +18,7 @@ from edge_ident.support.next_step import Done
 
 if TYPE_CHECKING:
     from edge_ident import Drive
+    from edge_ident.commissioning.identification_motions import Plan
 
 
 # The command run: the whole job on a board.
@@ -29,8 +30,8 @@ _WRITES: Final = (
 
 
 @dataclass(frozen=True)
-class MotionOptions:
-    """How the axes move, and how far a run may go to find out what is wrong.
+class PlanOptions:
+    """What a run is to do, and how far it may go to find out what is wrong.
 
     Attributes
     ----------
@@ -42,42 +43,10 @@ class MotionOptions:
     until : SHARE
         End the first motion early: as soon as the half-width of each 95 % interval is at most this
         share of its parameter (for the offset: of the Coulomb friction), such as 2% or 0.02.
-    """
-
-    context: typer.Context
-    motion: Setting[options.MotionName] = "sinusoid"
-    cycles: options.Cycles = None
-    most_motions: Annotated[int, setting(min=1, max=9)] = 3
-    most_seconds: Annotated[float | None, setting(min=1.0)] = None
-    until: Annotated[float | None, setting(parser=options.true_part)] = None
-
-    @property
-    def most_s(self) -> float:
-        """Duration of all identification motions."""
-        return math.inf if self.most_seconds is None else self.most_seconds
-
-    @property
-    def periods(self) -> int | None:
-        """Periods of the first motion; None where it has none, or its own number."""
-        return options.periods(self.context, self.motion, self.cycles)
-
-    def check_time(self, drive: "Drive") -> None:
-        """Refuse a first motion that takes longer than all may take."""
-        first = commissioning.motions.named_trajectory(drive, self.motion, self.periods)
-        takes_s = first.lead_in_s + first.duration_s
-        if takes_s > self.most_s:
-            raise typer.BadParameter(
-                f"the first motion takes {takes_s:.1f} s, and more where its way there is long",
-                param_hint="--most-seconds",
-            )
-
-
-@dataclass(frozen=True)
-class DiagnosisOptions:
-    """Whether and when a run finds out what the base model lacks.
-
-    Attributes
-    ----------
+    dry_run
+        Write no gains; forecast the tracking error with them.
+    store
+        Store confirmed gains in the board's permanent memory.
     no_diagnose
         Do not diagnose axes whose base model is not enough.
     diagnose_first
@@ -86,31 +55,39 @@ class DiagnosisOptions:
         Longest time for the diagnosis of all axes, in s; motions are not counted.
     """
 
+    context: typer.Context
+    motion: Setting[options.MotionName] = "sinusoid"
+    cycles: options.Cycles = None
+    most_motions: Annotated[int, setting(min=1, max=9)] = 3
+    most_seconds: Annotated[float | None, setting(min=1.0)] = None
+    until: Annotated[float | None, setting(parser=options.true_part)] = None
+    bandwidth: options.Bandwidth = None
+    dry_run: bool = False
+    store: bool = False
+    seed: Setting[int] = 0
     no_diagnose: Setting[bool] = False
     diagnose_first: Setting[bool] = False
     diagnose_within: Annotated[float, setting(min=0.0)] = 60.0
 
-
-@dataclass(frozen=True)
-class GainOptions:
-    """How gains are designed and whether they are kept.
-
-    Attributes
-    ----------
-    dry_run
-        Write no gains; forecast the tracking error with them.
-    store
-        Store confirmed gains in the board's permanent memory.
-    """
-
-    bandwidth: options.Bandwidth = None
-    dry_run: bool = False
-    store: bool = False
-
-    def check(self) -> None:
-        """Refuse what contradicts itself."""
+    def plan(self, known: "edge_ident.Model | None") -> "Plan":
+        """The plan of the run, with effects that are known."""
         if self.dry_run and self.store:
             raise typer.BadParameter("a dry run has no gains to store", param_hint="--store")
+        return commissioning.identification_motions.Plan(
+            motion=self.motion,
+            cycles=options.periods(self.context, self.motion, self.cycles),
+            bandwidth_rad_s=self.bandwidth,
+            write=not self.dry_run,
+            store=self.store,
+            seed=self.seed,
+            model=known,
+            diagnose=not self.no_diagnose,
+            diagnose_first=self.diagnose_first,
+            diagnose_within_s=self.diagnose_within,
+            most_motions=self.most_motions,
+            most_s=math.inf if self.most_seconds is None else self.most_seconds,
+            until=self.until,
+        )
 
 
 def register(app: typer.Typer) -> None:
@@ -124,12 +101,9 @@ def register(app: typer.Typer) -> None:
 def run(
     *,
     where: options.BoardOptions,
-    motions: MotionOptions,
-    gains: GainOptions,
+    wanted: PlanOptions,
     network: options.NetworkOptions,
     model: Setting[Path | None] = None,
-    seed: Setting[int] = 0,
-    diagnosis: DiagnosisOptions,
     faults: options.HideOptions,
     machine: Setting[str] = "",
     details: bool = False,
@@ -156,17 +130,16 @@ def run(
 
     Example: `edge-ident run --device virtual --until 3%`
     """
-    gains.check()
     known, hidden = options.given_model(model), faults.hidden()
-    plan, done = _plan(motions, gains, seed, known, diagnosis), list[str]()
+    plan, done = wanted.plan(known), list[str]()
     with noting(done):
-        with session(motions.context, where, results.output, _WRITES, hidden) as opened:
-            motions.check_time(opened.drive)
+        with session(wanted.context, where, results.output, _WRITES, hidden) as opened:
+            _check_time(plan, opened.drive)
             board, drive, folder, loaded = opened.board, opened.drive, opened.folder, network.load()
             with shown_progress() as bars:
                 outcome = commissioning.run.commission(board, drive, loaded, plan, folder, bars)
                 done.append(outcome.conclusion)  # a full disk or Ctrl-C no longer changes it
-        outcome = _with_next_steps(outcome, folder, opened.device, motions.motion)
+        outcome = _with_next_steps(outcome, folder, opened.device, plan.motion)
         document = report.run_documents.run_document(outcome, board.identity, loaded, folder)
         try:
             found, captures = outcome.identification, outcome.captures(folder)
@@ -195,29 +168,15 @@ def _with_next_steps(
     )
 
 
-def _plan(
-    motions: MotionOptions,
-    gains: GainOptions,
-    seed: int,
-    known: "edge_ident.Model | None",
-    diagnosis: DiagnosisOptions,
-) -> "commissioning.identification_motions.Plan":
-    """What the options ask for."""
-    return commissioning.identification_motions.Plan(
-        motion=motions.motion,
-        cycles=motions.periods,
-        bandwidth_rad_s=gains.bandwidth,
-        write=not gains.dry_run,
-        store=gains.store,
-        seed=seed,
-        model=known,
-        diagnose=not diagnosis.no_diagnose,
-        diagnose_first=diagnosis.diagnose_first,
-        diagnose_within_s=diagnosis.diagnose_within,
-        most_motions=motions.most_motions,
-        most_s=motions.most_s,
-        until=motions.until,
-    )
+def _check_time(plan: "Plan", drive: "Drive") -> None:
+    """Refuse a first motion that takes longer than all may take."""
+    first = commissioning.motions.named_trajectory(drive, plan.motion, plan.cycles)
+    takes_s = first.lead_in_s + first.duration_s
+    if takes_s > plan.most_s:
+        raise typer.BadParameter(
+            f"the first motion takes {takes_s:.1f} s, and more where its way there is long",
+            param_hint="--most-seconds",
+        )
 
 
 # The command capture: a motion and its recording.
