@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.further_motions import NamedMotion, second_motion, within_limits
-from edge_ident.commissioning.gain_change import check_change, put_in_force
-from edge_ident.commissioning.gain_trial import MotionBefore
+from edge_ident.commissioning.gain_change import MotionBefore, check_change, put_in_force
 from edge_ident.control.gain_design import design
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.errors import EdgeIdentError

@@ -15,7 +15,7 @@ from typing import Final
 from edge_ident.commissioning import gain_change, gain_transfer, identification_motions
 from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.further_motions import livelier_motion
-from edge_ident.commissioning.gain_trial import MotionBefore, Recorded, Trial
+from edge_ident.commissioning.gain_change import MotionBefore, Recorded, Trial
 from edge_ident.commissioning.verification import GainChange, compare_motions
 from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.position_loop import LoopHardware

@@ -18,7 +18,7 @@ from edge_ident.commissioning.further_motions import (
     livelier_motion,
     not_shown,
 )
-from edge_ident.commissioning.gain_trial import Recorded
+from edge_ident.commissioning.gain_change import Recorded
 from edge_ident.commissioning.identification_motions import (
     IdentificationMotion,
     OutOfTimeError,

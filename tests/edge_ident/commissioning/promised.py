@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from edge_ident.commissioning import gain_trial as gain_trial
+from edge_ident.commissioning import gain_change as gain_change
 from edge_ident.commissioning import rounds
 from edge_ident.commissioning.promise import Expected, ExpectedErrors, Promised
 from edge_ident.control.gain_design import GainDesign
@@ -19,13 +19,13 @@ def design_always(gains: AxisGains, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def promise_a_share(monkeypatch: pytest.MonkeyPatch, share: float, spread: float = 1.1) -> None:
     """Let every error fall to a share of the present one, and the interval be that wide."""
-    forecast = gain_trial.promised
+    forecast = gain_change.promised
 
     def promised(*arguments: object) -> dict[str, Promised]:
         found = forecast(*arguments)  # type: ignore[arg-type]
         return {axis: replace(of, after=_share(of, share, spread)) for axis, of in found.items()}
 
-    monkeypatch.setattr(gain_trial, "promised", promised)
+    monkeypatch.setattr(gain_change, "promised", promised)
 
 
 def _share(of: Promised, share: float, spread: float) -> ExpectedErrors:

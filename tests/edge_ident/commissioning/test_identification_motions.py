@@ -12,7 +12,7 @@ import pytest
 from edge_ident.commissioning import identification_motions
 from edge_ident.commissioning.capture import capture_motion, come_to_rest, partial_file
 from edge_ident.commissioning.drawn_loads import beginning
-from edge_ident.commissioning.gain_trial import MotionBefore
+from edge_ident.commissioning.gain_change import MotionBefore
 from edge_ident.commissioning.identification_motions import (
     CAPTURE_FILE,
     Budget,

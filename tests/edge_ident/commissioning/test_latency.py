@@ -12,7 +12,7 @@ import pytest
 from interrupted_link import InterruptedLink
 from old_gains import assert_old_gains
 
-from edge_ident.commissioning import cold_latency, latency
+from edge_ident.commissioning import latency
 from edge_ident.commissioning.capture import Capture, capture_motion
 from edge_ident.commissioning.latency import MOST_MOTIONS, ProfileRun, measured_ways
 from edge_ident.drive.description import Drive, load_drive
@@ -66,7 +66,7 @@ def test_a_cold_process_has_time_to_leave_the_board_as_it_was(
     began = tmp_path / "began"
     (tmp_path / "slow_to_end.py").write_text(SLOW_TO_END)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(cold_latency, "_MODULE", "slow_to_end")
+    monkeypatch.setattr(latency, "_MODULE", "slow_to_end")
 
     class Interrupted(subprocess.Popen[str]):
         """Is interrupted while the process is at its work."""
@@ -81,7 +81,7 @@ def test_a_cold_process_has_time_to_leave_the_board_as_it_was(
 
     monkeypatch.setattr(subprocess, "Popen", Interrupted)
     with pytest.raises(KeyboardInterrupt) as caught:
-        cold_latency.cold_ms("there", 115200, began, "fp32")
+        latency.cold_ms("there", 115200, began, "fp32")
     assert caught.value.__notes__ == ["all is tidy"]
 
 
@@ -100,9 +100,9 @@ def test_an_interrupted_cold_process_leaves_what_was_staged(
     board.release()
     link = InterruptedLink(virtual, "asking for the window", KeyboardInterrupt)
     link.starts = 1
-    monkeypatch.setattr(cold_latency, "open_link", lambda *_, **__: link)
+    monkeypatch.setattr(latency, "open_link", lambda *_, **__: link)
     with pytest.raises(KeyboardInterrupt):
-        cold_latency._measure("there", "115200", str(file), "fp32", "0")
+        latency._measure("there", "115200", str(file), "fp32", "0")
     assert link.struck
     assert_old_gains(virtual)
     board = Board.connect(virtual)

@@ -9,7 +9,7 @@ from interrupted_link import InterruptedLink, Killed
 from promised import design_always, promise_a_share
 from scipy.linalg import expm
 
-from edge_ident.commissioning import gain_trial as gain_trial
+from edge_ident.commissioning import gain_change as gain_change
 from edge_ident.commissioning import safety
 from edge_ident.commissioning.capture import capture_motion
 from edge_ident.commissioning.drawn_loads import DRAWS, Grounds, RecordedMotion
@@ -226,8 +226,8 @@ def test_gains_that_help_the_first_motion_and_harm_the_second_are_rolled_back(
     forward = replace(CONSERVATIVE_GAINS, viscous_feedforward=0.8, coulomb_feedforward=1.2)
     design_always(replace(forward, proportional=22.0, derivative=0.0), monkeypatch)
     promise_a_share(monkeypatch, 0.9, spread=100.0)
-    monkeypatch.setattr(gain_trial, "within_limits", lambda motion, *_: motion)
-    monkeypatch.setattr(gain_trial, "liveliness", lambda *_: 0.0)
+    monkeypatch.setattr(gain_change, "within_limits", lambda motion, *_: motion)
+    monkeypatch.setattr(gain_change, "liveliness", lambda *_: 0.0)
     monkeypatch.setattr(OscillationWatch, "seen", lambda *_: False)  # the board would see it first
     link = VirtualBoard()
     outcome = run(link, tmp_path)
