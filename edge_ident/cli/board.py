@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -19,16 +19,6 @@ from edge_ident.cli.messages import print_document, say, shown_progress
 from edge_ident.cli.options import Setting
 from edge_ident.cli.settings import board_setting
 from edge_ident.support.words import plain_number
-
-if TYPE_CHECKING:
-    from typing import Literal
-
-    from firmware_interface.virtual.server import Failure
-
-    Motion = (
-        Literal["sinusoid", "multisine", "staircase"] | edge_ident.Recording | edge_ident.Trajectory
-    )
-
 
 # The command board: a virtual board to connect to.
 
@@ -99,9 +89,8 @@ def board(
     def ready(device: str) -> None:
         if link is not None:
             device = links.enter_context(_linked(link, device))
-        results.deliver({"schema": "edge-ident/board/1", "device": device}, "board.json")
-        if not results.json:
-            print(device, flush=True)
+        document = {"schema": "edge-ident/board/1", "device": device}
+        results.deliver(document, "board.json", device)
         say(f"ready; connect with: edge-ident run --device {device}   (Ctrl-C to end)")
 
     if tcp is not None:
@@ -167,7 +156,7 @@ def _press_stop(link: Path) -> None:
     say(f"the emergency stop at {link} was pressed and released; the board is in FAULT")
 
 
-def _parse_failures(texts: list[str]) -> list["Failure"]:
+def _parse_failures(texts: list[str]) -> list["commissioning.server.Failure"]:
     try:
         return [commissioning.server.Failure.parse(text) for text in texts]
     except ValueError as error:
@@ -215,9 +204,7 @@ def plant(
         raise typer.BadParameter("give --socket PATH")
 
     def ready(path: str) -> None:
-        results.deliver({"schema": "edge-ident/plant/1", "socket": path}, "plant.json")
-        if not results.json:
-            print(path, flush=True)
+        results.deliver({"schema": "edge-ident/plant/1", "socket": path}, "plant.json", path)
         say(f"ready; start the firmware with: --plant {path}   (Ctrl-C to end)")
 
     known = hidden or commissioning.hiding.Hidden((), ())
@@ -227,7 +214,7 @@ def plant(
 # The command simulate: from a model to a recording.
 
 
-_NAMED_MOTIONS: Final[dict[str, "Literal['sinusoid', 'multisine', 'staircase']"]] = {
+_NAMED_MOTIONS: Final[dict[str, options.MotionName]] = {
     "sinusoid": "sinusoid",
     "multisine": "multisine",
     "staircase": "staircase",
@@ -249,7 +236,7 @@ class MotionOptions(FileOptions):
     motion: Setting[str] = "sinusoid"
     cycles: options.SimulatedCycles = None
 
-    def load(self) -> "Motion":
+    def load(self) -> "options.MotionName | edge_ident.Recording | edge_ident.Trajectory":
         """Return the name of the motion, or what the file holds."""
         options.periods(self.context, _NAMED_MOTIONS.get(self.motion, self.motion), self.cycles)
         if self.motion in _NAMED_MOTIONS:

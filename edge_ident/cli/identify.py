@@ -229,7 +229,7 @@ def survey(
     document = report.survey.survey_document(found)
     written = report.survey.write_survey_tables(found, kept)
     say(f"written: {report.survey_page.write_survey_page(found, document, kept, machine, folder)}")
-    options.deliver(document, "survey.json", kept, json)
+    options.deliver(document, "survey.json", kept, as_json=json)
     if not any(path.suffix == ".parquet" for path in written):
         say("no survey.parquet: pip install 'edge-ident[parquet]'")
     if not json:

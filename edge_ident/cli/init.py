@@ -13,7 +13,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli.command import command
-from edge_ident.cli.messages import print_document, say, say_always
+from edge_ident.cli.messages import print_result, say, say_always
 from edge_ident.errors import DataError
 
 if TYPE_CHECKING:
@@ -134,10 +134,7 @@ def init(
     made = answers.described(name or file.stem)
     commissioning.description.write_drive(made.drive, file, made.origins, made.assumed)
     say(f"use it with --drive {file}, or always: edge-ident config set drive {file.resolve()}")
-    if json:
-        print_document(report.machine.drive_document(made, file))
-    else:
-        print(file)
+    print_result(report.machine.drive_document(made, file), file, as_json=json)
 
 
 def _named_in(texts: dict[str, list[str]]) -> list[str] | None:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated, Final
 
 import typer
 
@@ -15,11 +15,6 @@ from edge_ident.cli.options import BaudRate, BoardOptions, ResultOptions, Settin
 from edge_ident.cli.sessions import baud_rate_of, connected, device_of, drive_or_built_in, located
 from edge_ident.support.process import HANGUP, deaf_to_interrupts
 from edge_ident.support.words import plain_number
-
-if TYPE_CHECKING:
-    from edge_ident import Board
-    from firmware_interface.board import BoardStatus
-
 
 _MAY_MOVE: Final = (
     "the machine may still be moving, or under effort: run edge-ident stop again, or use the "
@@ -78,9 +73,7 @@ def home(
             done = commissioning.homing.move_to(board, targets or zero, bars, speed)
     lines = report.run_documents.home_lines(done)
     with noting(lines):
-        results.deliver(report.run_documents.home_document(done), "home.json")
-        if not results.json:
-            print("\n".join(lines), flush=True)
+        results.deliver(report.run_documents.home_document(done), "home.json", *lines)
     for axis in done.stuck:
         say(
             f"axis {axis} made less than half of its way. Look whether it can move; where only "
@@ -183,13 +176,11 @@ def clear_fault(*, where: BoardOptions, results: ResultOptions) -> None:
         _report_state(board.status(), results)
 
 
-def _report_state(status: "BoardStatus", results: ResultOptions) -> None:
+def _report_state(status: "commissioning.board.BoardStatus", results: ResultOptions) -> None:
     state = status.state.name
     document = {"schema": "edge-ident/state/1", "state": state, "enabled": status.enabled}
     with noting([f"the board is {state}, its effort is {'on' if status.enabled else 'off'}"]):
-        results.deliver(document, "state.json")
-        if not results.json:
-            print(state, flush=True)
+        results.deliver(document, "state.json", state)
 
 
 # Commands that check whether everything is in place: ports, doctor.
@@ -291,14 +282,12 @@ def registers(
                 _write(board, name, write, yes)
             values = {entry.name: board.register_values(entry.name) for entry in chosen}
     with noting([] if write is None else [f"{name} is written"]):
-        results.deliver(
-            report.machine.registers_document(chosen, values, version), "registers.json"
-        )
-        if not results.json:
-            print("\n".join(report.machine.register_lines(chosen, values, version)), flush=True)
+        document = report.machine.registers_document(chosen, values, version)
+        lines = report.machine.register_lines(chosen, values, version)
+        results.deliver(document, "registers.json", *lines)
 
 
-def _write(board: "Board", name: str | None, texts: list[str], yes: bool) -> None:
+def _write(board: "edge_ident.Board", name: str | None, texts: list[str], yes: bool) -> None:
     target = commissioning.registers.REGISTERS.get(name or "")
     if target is None:
         raise typer.BadParameter("give the name of one register to write", param_hint="NAME")

@@ -95,6 +95,12 @@ def print_document(document: dict[str, Any]) -> None:
     print(to_json(document), flush=True)
 
 
+def print_result(document: dict[str, Any], *lines: object, as_json: bool) -> None:
+    """Print a result on stdout: the one document, or lines for a person."""
+    for line in [to_json(document)] if as_json else lines:
+        print(line, flush=True)
+
+
 # Where a command's log goes while it runs.
 
 

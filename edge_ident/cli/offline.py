@@ -12,7 +12,7 @@ from edge_ident.cli.file_options import FileOptions
 from edge_ident.cli.messages import (
     Progress,
     duration,
-    print_document,
+    print_result,
     say,
     say_always,
     shown_progress,
@@ -103,13 +103,9 @@ def train(
         except KeyboardInterrupt as interruption:
             interruption.add_note("the same command with --resume continues the training")
             raise
-    if json:
-        losses = path.with_name("losses.csv")
-        print_document(
-            {"schema": "edge-ident/training/1", "checkpoint": str(path), "losses": str(losses)}
-        )
-    else:
-        print(path)
+    losses = path.with_name("losses.csv")
+    document = {"schema": "edge-ident/training/1", "checkpoint": str(path), "losses": str(losses)}
+    print_result(document, path, as_json=json)
 
 
 def _shown_on(bars: Progress) -> Any:
@@ -178,13 +174,10 @@ def export(
             checkpoint or DEFAULT_RUN / CHECKPOINT, output, bars.stage, int8=int8
         )
     change = exported.int8
-    if json:
-        figures = None if change is None else {**asdict(change), "written": change.small}
-        print_document(
-            {"schema": "edge-ident/export/1", "manifest": str(exported.manifest), "int8": figures}
-        )
-    else:
-        print(exported.manifest)
+    figures = None if change is None else {**asdict(change), "written": change.small}
+    manifest = str(exported.manifest)
+    document = {"schema": "edge-ident/export/1", "manifest": manifest, "int8": figures}
+    print_result(document, manifest, as_json=json)
     if change is not None:
         (say if change.small else say_always)(str(change))
         if not change.small:
@@ -194,21 +187,18 @@ def export(
 def _export_c(folder: Path, network: Path | None, json: bool) -> None:
     source = _offline("export.c_source.source", "onnx").export_c(folder, network)
     sizes = source.sizes
-    if json:
-        print_document(
-            {
-                "schema": "edge-ident/c-source/1",
-                "files": [str(folder / name) for name in source.files],
-                "network_sha256": source.sha256,
-                **asdict(sizes),
-            }
-        )
-    else:
+    document = {
+        "schema": "edge-ident/c-source/1",
+        "files": [str(folder / name) for name in source.files],
+        "network_sha256": source.sha256,
+        **asdict(sizes),
+    }
+    if not json:
         say(
             f"{sizes.constants_bytes} bytes of constants, {sizes.memory_bytes} of memory and "
             f"{sizes.image_bytes} for the image"
         )
-        print(folder / f"{source.name}.h")
+    print_result(document, folder / f"{source.name}.h", as_json=json)
 
 
 def _offline(module: str, packages: str = TRAIN_EXTRA) -> Any:

@@ -52,7 +52,7 @@ import typer
 import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli import settings
-from edge_ident.cli.messages import print_document, say
+from edge_ident.cli.messages import print_result, say
 from edge_ident.support.documents import write_json
 from edge_ident.support.words import plain_number
 
@@ -145,9 +145,9 @@ class ResultOptions:
             check_folder(self.output)
         return self.output
 
-    def deliver(self, document: dict[str, Any], name: str) -> None:
-        """Write a document, if it is to be kept, and print it, if JSON is wanted."""
-        deliver(document, name, self.output, self.json)
+    def deliver(self, document: dict[str, Any], name: str, *lines: object) -> None:
+        """Write a document, if it is to be kept, and print it, if JSON is wanted, else lines."""
+        deliver(document, name, self.output, *lines, as_json=self.json)
 
     def show(self, result: Any) -> None:
         """Print a result for a person, unless JSON is wanted."""
@@ -195,12 +195,13 @@ def check_no_run(folder: Path | None) -> None:
         )
 
 
-def deliver(document: dict[str, Any], name: str, output: Path | None, as_json: bool) -> None:
-    """Write a document into a folder, print it as JSON, both, or neither."""
+def deliver(
+    document: dict[str, Any], name: str, output: Path | None, *lines: object, as_json: bool
+) -> None:
+    """Write a document into a folder, if there is one; print it as JSON, or lines."""
     if output:
         write_json(document, result_file(output, name))
-    if as_json:
-        print_document(document)
+    print_result(document, *lines, as_json=as_json)
 
 
 def given_model(path: Path | None) -> "edge_ident.Model | None":

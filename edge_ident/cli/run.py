@@ -11,7 +11,7 @@ import edge_ident
 from edge_ident import commissioning, report
 from edge_ident.cli import options
 from edge_ident.cli.command import UNTRUSTED, command, noting
-from edge_ident.cli.messages import print_document, say, shown_progress
+from edge_ident.cli.messages import print_result, say, shown_progress
 from edge_ident.cli.options import Setting, setting
 from edge_ident.cli.sessions import session
 from edge_ident.support.next_step import Done
@@ -146,7 +146,7 @@ def run(
             options.save_result_model(found.model, captures, folder, known)
             page = report.run_page.write_run_page(outcome, document, folder, opened.device, machine)
             faults.add_to(document, hidden)
-            options.deliver(document, "report.json", folder, results.json)
+            options.deliver(document, "report.json", folder, as_json=results.json)
         finally:  # also where the disk is full
             if not results.json:  # then rich is not loaded, 2 MiB
                 report.render.show(report.run.outcome_view(outcome, opened.device, details=details))
@@ -219,9 +219,8 @@ def capture(
             )
     document = report.run_documents.capture_document(found, path)
     faults.add_to(document, hidden)
-    options.deliver(document, "capture.json", opened.folder, results.json)
+    options.deliver(document, "capture.json", opened.folder, path, as_json=results.json)
     if not results.json:
-        print(path, flush=True)
         faults.tell(hidden)
         say(f"identify it with: edge-ident identify {path}")
 
@@ -249,7 +248,5 @@ def draw_report(
     """
     figure = report.render.drawn(report.run.run_charts(folder))
     picture = report.render.save_figure(figure, results.file("report.png") or folder / "report.png")
-    if results.json:
-        print_document({"schema": "edge-ident/report/1", "figure": str(picture)})
-    else:
-        print(picture)
+    document = {"schema": "edge-ident/report/1", "figure": str(picture)}
+    print_result(document, picture, as_json=results.json)

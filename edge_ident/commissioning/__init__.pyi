@@ -17,6 +17,7 @@ from edge_ident.commissioning import safety as safety
 from edge_ident.commissioning import verification as verification
 from edge_ident.drive import description as description
 from edge_ident.drive import motions as motions
+from firmware_interface import board as board
 from firmware_interface import connection as connection
 from firmware_interface import registers as registers
 from firmware_interface.plant import hiding as hiding
