@@ -35,13 +35,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.commissioning.drawn_loads import (
-    DRAWS,
-    Grounds,
-    RecordedMotion,
-    drawn_loads,
-    drawn_unexplained,
-)
+from edge_ident.commissioning import drawn_loads
+from edge_ident.commissioning.drawn_loads import Grounds, RecordedMotion
 from edge_ident.control.compensation import effort_limit_nm
 from edge_ident.control.gain_design import GainDesign, worst_margins
 from edge_ident.control.position_loop import LoopHardware, law_response
@@ -132,7 +127,7 @@ def _of_axis(
     others = [each for of, each in thinned.items() if of != name]
     beside = others[0] if len(others) == 1 else None
     path = Path(thinned[name], every * hardware.sample_period_s, moved.begin // every, beside)
-    during, later = drawn_loads(name, moved, grounds, hardware, every)
+    during, later = drawn_loads.drawn_loads(name, moved, grounds, hardware, every)
     limited = replace(hardware, effort_limit_nm=effort_limit_nm(axis, hardware))
     found: list[Drawn] = []
     missed: _Missed | None = None
@@ -184,7 +179,7 @@ class _Missed:
         scatter = drawn.errors_rad - drawn.course_rad
         left = np.broadcast_to(measured - drawn.course_rad, scatter.shape)
         known = np.ones(len(measured), dtype=np.bool_)
-        extra = drawn_unexplained(left, known, scatter, np.random.default_rng(1))
+        extra = drawn_loads.drawn_unexplained(left, known, scatter, np.random.default_rng(1))
         frequency = np.fft.rfftfreq(len(measured), period_s).astype(np.float64)
         omega = 2.0 * np.pi * frequency
         omega[0] = omega[1]  # an axis that is not held drifts away
@@ -229,8 +224,8 @@ def _drawn(
     """Errors of the drawn drives; `beyond` what forecasts are known to miss, (DRAWS, N)."""
     phase_margin, gain_margin = worst_margins(gains, axis, hardware)
     if phase_margin <= 0.0 or gain_margin <= 1.0:
-        runs_away = np.full(DRAWS, np.inf)
-        still = np.zeros((DRAWS, len(path.reference.position_rad) - path.begin))
+        runs_away = np.full(drawn_loads.DRAWS, np.inf)
+        still = np.zeros((drawn_loads.DRAWS, len(path.reference.position_rad) - path.begin))
         return Drawn(runs_away, runs_away, still)
     lead = lead_rad(gains, path.reference.position_rad)[path.begin :]
     reference_rad = path.reference.position_rad[path.begin :]

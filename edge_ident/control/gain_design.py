@@ -29,15 +29,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.control import position_loop
 from edge_ident.control.compensation import Unused, Used, compensated, loop_delay_s, plant_of
 from edge_ident.control.law_terms import with_repeating
-from edge_ident.control.position_loop import (
-    LoopHardware,
-    Plant,
-    margins_of,
-    open_loop,
-    quantization_effort_nm,
-)
+from edge_ident.control.position_loop import LoopHardware, Plant
 from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import GainError
 from edge_ident.model.inverse import base_at
@@ -243,13 +238,13 @@ def _kept(
     """Feed-forward for feedback that stays as it is."""
     known = _Known.of(axis, hardware, ground)
     gains = known.with_feedforward(present)
-    phase_margin_rad, gain_margin = margins_of(gains, known.plants, known.late)
+    phase_margin_rad, gain_margin = position_loop.margins_of(gains, known.plants, known.late)
     found = GainDesign(
         gains,
         math.sqrt(present.proportional / known.parameters[0]),
         phase_margin_rad,
         gain_margin,
-        quantization_effort_nm(gains, hardware),
+        position_loop.quantization_effort_nm(gains, hardware),
         kept=why,
     )
     return _with_effects(found, axis, hardware, ground)
@@ -334,7 +329,7 @@ class _Known:
 
     def quiet(self, gains: AxisGains) -> bool:
         limit = QUANTIZATION_SHARE * self.hardware.effort_limit_nm
-        return quantization_effort_nm(gains, self.hardware) <= limit
+        return position_loop.quantization_effort_nm(gains, self.hardware) <= limit
 
     def taken(self, gains: AxisGains) -> bool:
         """Whether the board takes the feedback, in one step from that in force."""
@@ -352,17 +347,17 @@ class _Known:
         return self.quiet(gains) and self.sound(gains)  # the quicker question first
 
     def sound(self, gains: AxisGains) -> bool:
-        return _sound(*margins_of(gains, self.plants, self.late))
+        return _sound(*position_loop.margins_of(gains, self.plants, self.late))
 
     def design(self, bandwidth: float) -> GainDesign:
         gains = self.gains(bandwidth)
-        phase_margin_rad, gain_margin = margins_of(gains, self.plants, self.late)
+        phase_margin_rad, gain_margin = position_loop.margins_of(gains, self.plants, self.late)
         return GainDesign(
             gains=gains,
             bandwidth_rad_s=bandwidth,
             phase_margin_rad=phase_margin_rad,
             gain_margin=gain_margin,
-            quantization_effort_nm=quantization_effort_nm(gains, self.hardware),
+            quantization_effort_nm=position_loop.quantization_effort_nm(gains, self.hardware),
         )
 
 
@@ -424,7 +419,7 @@ def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> 
 
     The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
     """
-    return margins_of(gains, *_loops(axis, hardware, 0.0))
+    return position_loop.margins_of(gains, *_loops(axis, hardware, 0.0))
 
 
 def _loops(
@@ -583,4 +578,4 @@ def _hardware(drive: Drive, axis: str, control_delay_s: float) -> LoopHardware:
 
 def _open_loop(found: GainDesign, axis: AxisModel, hardware: LoopHardware) -> OpenLoop:
     delayed = replace(hardware, control_delay_s=hardware.control_delay_s + loop_delay_s(axis))
-    return OpenLoop(*open_loop(found.gains, plant_of(axis), delayed))
+    return OpenLoop(*position_loop.open_loop(found.gains, plant_of(axis), delayed))
