@@ -21,16 +21,13 @@ from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, base_at, inverse_effort, remembers
 from edge_ident.model.model import PARAMETERS, AxisModel, Model, Term
-from edge_ident.model.motion import NO_SHIFT, Motion, Timing
+from edge_ident.model.motion import NO_SHIFT, Array, Motion, Timing
 from edge_ident.model.repeating import OVER_POSITION, OVER_SPEED, Repeating
 from edge_ident.signals.conditioning import Signals, choose_cutoff, filtered_regressor
 from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.simulation.loop_response import Loads
 from firmware_interface.motion import Multisine, Reference, Staircase, Trajectory, reference
-
-Array = NDArray[np.float64]
-
 
 _REMEMBERED_S: Final = 2.0  # last part of the lead-in that a loop may remember
 
@@ -421,9 +418,7 @@ DRAWS: Final = 19
 _LEAST_SHARE: Final = 0.1
 
 
-def drawn_axis(
-    axis: AxisModel, rng: np.random.Generator, moved: NDArray[np.float64] | None = None
-) -> AxisModel:
+def drawn_axis(axis: AxisModel, rng: np.random.Generator, moved: Array | None = None) -> AxisModel:
     """The axis with (1 + DRAWS,) values of every parameter, its own first.
 
     Parameters
@@ -472,12 +467,10 @@ def _drawn_term(term: Term, rng: np.random.Generator) -> Term:
     return replace(term, values=_within_bounds(term, values))
 
 
-def _within_bounds(
-    term: Term, drawn: Mapping[str, NDArray[np.float64]]
-) -> dict[str, float | NDArray[np.float64]]:
+def _within_bounds(term: Term, drawn: Mapping[str, Array]) -> dict[str, float | Array]:
     """Drawn values as far as physics allows them."""
     bounds = named(term.effect).bounds
-    found: dict[str, float | NDArray[np.float64]] = {}
+    found: dict[str, float | Array] = {}
     for name, values in drawn.items():
         low, high = bounds[name]
         least = _LEAST_SHARE * float(values[0]) if low >= 0.0 else low

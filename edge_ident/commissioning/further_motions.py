@@ -10,7 +10,7 @@ from edge_ident.commissioning.identification_motions import IdentificationMotion
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.wording import spoken_line
 from edge_ident.drive.description import Drive
-from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.drive.motions import MotionName, named_trajectory, scaled
 from edge_ident.errors import BoardError
 from edge_ident.estimation import trust
 from edge_ident.experiment.open_causes import structure_in_band, tied_to_time
@@ -20,7 +20,7 @@ from edge_ident.support.words import listed
 from firmware_interface.board import AxisLimits
 from firmware_interface.control_law import feedforward_nm
 from firmware_interface.gains import AxisGains, Bank
-from firmware_interface.motion import Multisine, Staircase, Trajectory, reference
+from firmware_interface.motion import Trajectory, reference
 
 # The motion beside the one of the identification, on which new gains must hold too.
 #
@@ -78,7 +78,8 @@ def within_limits(
     """
     size = 1.0
     for _ in range(_MOST_STEPS):
-        smaller = _of_size(motion.trajectory, size)
+        axes = {name: scaled(of, size) for name, of in motion.trajectory.axes.items()}
+        smaller = replace(motion.trajectory, axes=axes)  # type: ignore[arg-type]
         if all(_fits(smaller, axis, model, gains[axis], limits[axis]) for axis in smaller.axes):
             break
         size *= _SMALLER
@@ -106,18 +107,6 @@ def inside_window(first: NamedMotion, second: NamedMotion, window_s: float) -> N
             "board's firmware",
         )
     return replace(second, trajectory=replace(second.trajectory, duration_s=left_s))
-
-
-def _of_size(trajectory: Trajectory, size: float) -> Trajectory:
-    axes = {name: _smaller(motion, size) for name, motion in trajectory.axes.items()}
-    return replace(trajectory, axes=axes)
-
-
-def _smaller(motion: Multisine | Staircase, size: float) -> Multisine:
-    assert isinstance(motion, Multisine)  # both second motions are sums of sines
-    return Multisine(
-        tuple(replace(one, amplitude_rad=size * one.amplitude_rad) for one in motion.components)
-    )
 
 
 def _fits(

@@ -107,11 +107,6 @@ class Tracking:
         return self.before_rad / max(self.after_rad, 1e-12)
 
     @property
-    def resolved(self) -> bool:
-        """Whether the error is above what rounding to counts makes, so that a ratio means much."""
-        return self.after_rad >= self.count_rad
-
-    @property
     def fall(self) -> str:
         """From which error to which; a ratio only where rounding to counts does not make it."""
         return error_fall(self.before_rad, self.after_rad, self.count_rad)

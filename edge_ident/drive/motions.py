@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -245,3 +245,16 @@ def _duration_s(motion: Staircase) -> float:
     speeds = (*motion.speeds_rad_s, 0.0)
     ramps = sum(abs(b - a) / motion.acceleration_rad_s2 for a, b in pairwise(speeds))
     return len(motion.speeds_rad_s) * motion.dwell_s + ramps
+
+
+def scaled(motion: Multisine | Staircase, share: float) -> Multisine | Staircase:
+    """A motion with all positions, speeds and accelerations scaled."""
+    if isinstance(motion, Multisine):
+        return Multisine(
+            tuple(replace(c, amplitude_rad=share * c.amplitude_rad) for c in motion.components)
+        )
+    return replace(
+        motion,
+        speeds_rad_s=tuple(share * speed for speed in motion.speeds_rad_s),
+        acceleration_rad_s2=share * motion.acceleration_rad_s2,
+    )

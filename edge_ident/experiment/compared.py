@@ -11,19 +11,15 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from edge_ident.diagnosis.prepare import bandwidth, preparation
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.model.inverse import inverse_effort
 from edge_ident.model.model import PARAMETERS, AxisModel, Term
-from edge_ident.model.motion import Motion
+from edge_ident.model.motion import Array, Motion
 from edge_ident.signals import conditioning
 from edge_ident.signals.metrics import rms
 from firmware_interface.motion import Multisine, Staircase, reference
-
-Array = NDArray[np.float64]
-
 
 STEP_S: Final = 0.02
 """Sampling period of a planned motion. Its lines and what they cause lie below 10 Hz, and it has no

@@ -20,7 +20,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import as_diagnosed, prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.drive.description import Drive
-from edge_ident.drive.motions import MotionName, named_trajectory
+from edge_ident.drive.motions import MotionName, named_trajectory, scaled
 from edge_ident.errors import DataError
 from edge_ident.experiment.compared import (
     Compared,
@@ -33,7 +33,7 @@ from edge_ident.experiment.compared import (
 )
 from edge_ident.experiment.limits import Allowed, Load, Use
 from edge_ident.experiment.rivals import Judge, Pair, Rivals, Typical, distance, rivals
-from edge_ident.experiment.search import Problem, Shape, SineShape, StairShape, scaled, search
+from edge_ident.experiment.search import Problem, Shape, SineShape, StairShape, search
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
 from edge_ident.model.model import PARAMETERS, AxisModel, Term, axes_of

@@ -185,19 +185,6 @@ class StairShape:
         return replace(self, levels=np.sort(levels) / float(np.max(levels)))
 
 
-def scaled(motion: Multisine | Staircase, share: float) -> Multisine | Staircase:
-    """A motion with all positions, speeds and accelerations scaled."""
-    if isinstance(motion, Multisine):
-        return Multisine(
-            tuple(replace(c, amplitude_rad=share * c.amplitude_rad) for c in motion.components)
-        )
-    return replace(
-        motion,
-        speeds_rad_s=tuple(share * speed for speed in motion.speeds_rad_s),
-        acceleration_rad_s2=share * motion.acceleration_rad_s2,
-    )
-
-
 # The search for the motion of one axis: random shapes, and changes of the best of them.
 #
 # As many pairs as possible are to be separated; then the smallest distance of all pairs, over what

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from edge_ident.drive.motions import scaled
 from edge_ident.experiment.limits import MARGIN, Allowed, Load, Loops, Use
 from edge_ident.experiment.plan import plan_motion
-from edge_ident.experiment.search import SineShape, StairShape, scaled
+from edge_ident.experiment.search import SineShape, StairShape
 from firmware_interface.control_law import NOTHING
 from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
 from firmware_interface.motion import Multisine, SineComponent, Trajectory
