@@ -156,12 +156,12 @@ def evaluate(name: str, network: Network, drives: DriveSet) -> Evaluation:
     return figures(name, drives, identified(network, drives))
 
 
-def identified(network: Network, drives: DriveSet, passes: int = PASSES) -> Array:
-    """Parameters (n, 4) of every drive, SI, after at most so many passes each."""
+def identified(network: Network, drives: DriveSet) -> Array:
+    """Parameters (n, 4) of every drive, SI, after at most `PASSES` passes each."""
     pairs = zip(drives.regressor, drives.effort, strict=True)
     return np.array(
         [
-            estimate(regressor, effort, network, seed=index, passes=passes).parameters
+            estimate(regressor, effort, network, seed=index, passes=PASSES).parameters
             for index, (regressor, effort) in enumerate(pairs)
         ]
     )

@@ -28,12 +28,12 @@ def group_of(row: Row) -> str:
     return " ".join([kind, *row["options"]])
 
 
-def gained(row: Row, motion: str = "third") -> float:
-    """Of the axis that gained least: error before over error after."""
+def gained(row: Row) -> float:
+    """Of the axis that gained least on the third motion: error before over error after."""
     errors = row["errors_rad"]
     return min(
-        float(errors["before"][motion][axis] / (after + _NO_LOSS))
-        for axis, after in errors["after"][motion].items()
+        float(errors["before"]["third"][axis] / (after + _NO_LOSS))
+        for axis, after in errors["after"]["third"].items()
     )
 
 

@@ -4,6 +4,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -71,10 +72,7 @@ def model_document(model: Model) -> dict[str, Any]:
         "axes": {name: _axis_document(axis) for name, axis in model.axes.items()},
         **({"passive": model.passive} if model.passive else {}),
         "provenance": {
-            "recordings": [
-                {"file": recording.file, "sha256": recording.sha256}
-                for recording in model.recordings
-            ],
+            "recordings": [asdict(recording) for recording in model.recordings],
             "versions": dict(model.versions),
         },
     }

@@ -1,6 +1,7 @@
 """What a file holds, column by column, and a recording: a row for each axis, a small picture."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ def import_document(
     found: recording_files.Inspection, recording: Recording | None, output: Path | None
 ) -> dict[str, Any]:
     """Schema edge-ident/import/1; `recording` is None where the columns are a proposal."""
+    warnings = [] if recording is None else scale_checks.check_scales(recording)
     return {
         "schema": "edge-ident/import/1",
         "file": found.source,
@@ -42,12 +44,7 @@ def import_document(
         "questions": list(found.questions),
         "options": list(found.options),
         "axes": {} if recording is None else _axes(recording),
-        "warnings": []
-        if recording is None
-        else [
-            {"code": q.code, "axis": q.axis, "message": q.message, "next_step": q.next_step}
-            for q in scale_checks.check_scales(recording)
-        ],
+        "warnings": list(map(asdict, warnings)),
         "output": None if output is None else str(output),
     }
 

@@ -19,12 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.errors import ModelError
+from edge_ident.model import inverse, model, rigid_body
 from edge_ident.model.effect import Effect
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import everywhere
-from edge_ident.model.model import PARAMETERS, AxisModel, Term, acting, together
 from edge_ident.model.motion import Array, Motion, Values
-from edge_ident.model.rigid_body import RIGID_BODY
 
 STEP: Final = 0.5
 """Longest step times fastest rate."""
@@ -52,7 +50,7 @@ class Part(NamedTuple):
             all_axes.direction[self.axis],
             memory=state[self.memory],
             driven=all_axes.driven[self.axis],
-            source=together((_row(all_axes, i), sense) for i, sense in self.source)
+            source=model.together((_row(all_axes, i), sense) for i, sense in self.source)
             if self.source
             else None,
         )
@@ -71,12 +69,12 @@ class Parts:
         Positions and velocities of all axes, and what effects remember.
     """
 
-    def __init__(self, axes: Mapping[str, AxisModel], drives: int) -> None:
+    def __init__(self, axes: Mapping[str, model.AxisModel], drives: int) -> None:
         self.names = list(axes)
-        self._instants = [everywhere(0.0, axis) for axis in axes.values()]
+        self._instants = [inverse.everywhere(0.0, axis) for axis in axes.values()]
         terms = [[(term, _values(term, drives)) for term in axis.terms] for axis in axes.values()]
         self.base: Values = {
-            name: np.stack([of_axis[0][1][name] for of_axis in terms]) for name in PARAMETERS
+            name: np.stack([of_axis[0][1][name] for of_axis in terms]) for name in model.PARAMETERS
         }
         self.all: list[Part] = []
         self.states = 2 * len(axes)
@@ -120,11 +118,11 @@ class Parts:
             inertia[part.axis] += part.effect.inertia(at, part.values)
         return np.asarray(inertia.min(axis=1))
 
-    def _source(self, axis: int, term: Term) -> tuple[tuple[int, int], ...]:
+    def _source(self, axis: int, term: model.Term) -> tuple[tuple[int, int], ...]:
         if not named(term.effect).has_source(term.source_axis):
             return ()
         others = {name: i for i, name in enumerate(self.names) if i != axis}
-        acts = acting(term.source_axis, others)
+        acts = model.acting(term.source_axis, others)
         if not acts or not all(one.axis in others for one in acts):
             raise ModelError(
                 f"axis {self.names[axis]}, {term.effect}: no other axis is {term.source_axis}",
@@ -143,7 +141,7 @@ def _row(motion: Motion, axis: int) -> Motion:
     )
 
 
-def _values(term: Term, drives: int) -> dict[str, Array]:
+def _values(term: model.Term, drives: int) -> dict[str, Array]:
     return {
         name: np.broadcast_to(np.asarray(value, dtype=np.float64), (drives,))
         for name, value in named(term.effect).complete(term.values).items()
@@ -188,7 +186,7 @@ class Machine:
 
     def __init__(
         self,
-        axes: Mapping[str, AxisModel],
+        axes: Mapping[str, model.AxisModel],
         position: Array,
         top_speed: Array,
         period_s: float,
@@ -334,7 +332,7 @@ class Machine:
     ) -> _Balance:
         base, velocity = self._parts.base, state[self._count : 2 * self._count]
         # dry friction is no part of the push: it opposes the direction, or at rest the push itself
-        push = torque - RIGID_BODY.load_at(velocity, base)
+        push = torque - rigid_body.RIGID_BODY.load_at(velocity, base)
         inertia, friction = base["inertia"], base["coulomb_friction"]
         if not self._parts.all:
             return _Balance([], push, self._base_friction, inertia)

@@ -39,11 +39,6 @@ class Array:
             return f"{{\n{_lines(self.values)}\n}}"
         return "{\n" + "\n".join(f"  {{\n{_lines(row)}\n  }}," for row in self.values) + "\n}"
 
-    @property
-    def size_bytes(self) -> int:
-        """What it takes of the chip's constants."""
-        return self.values.nbytes
-
 
 def _lines(values: NDArray[Any]) -> str:
     text = ", ".join(literal(value) for value in values)

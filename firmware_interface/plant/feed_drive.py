@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from firmware_interface.gains import CONSERVATIVE_GAINS, AxisGains
+from firmware_interface.gains import CONSERVATIVE_GAINS
 from firmware_interface.plant.drives import COUNT_RAD, Array, Chain, Control, Drives
 
 COUNTS_PER_TURN: Final = round(2 * np.pi / COUNT_RAD)
@@ -46,9 +46,9 @@ FEED_DRIVE: Final = {
 """By axis; the offset of z is its table's weight."""
 
 
-def feed_drive(gains: AxisGains = CONSERVATIVE_GAINS) -> Drives:
-    """The flexible drive, in a loop with the feedback of these gains."""
-    bodies = FEED_DRIVE.values()
+def feed_drive() -> Drives:
+    """The flexible drive, in a loop with the feedback of the gains that a board starts with."""
+    bodies, gains = FEED_DRIVE.values(), CONSERVATIVE_GAINS
     whole = np.ones((1, len(bodies)))
     chain = Chain(
         inertia=_shared("inertia"),
