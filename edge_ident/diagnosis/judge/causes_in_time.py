@@ -11,16 +11,15 @@ is reached once stays one: it acts then, and what is tied to time is not carried
 """
 
 from collections import defaultdict
-from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.fit.fitting import FittedModel, term_effort
+from edge_ident.diagnosis.fit.fitting import FittedModel
 from edge_ident.diagnosis.fit.linear import orthonormal
-from edge_ident.diagnosis.fit.summary import along, measured
+from edge_ident.diagnosis.fit.summary import Extremes, along, error_with, measured
 from edge_ident.diagnosis.prepare.axis_data import REACH_PERIODS, AxisData, Segment
 from edge_ident.diagnosis.select.acceptance import separable
 from edge_ident.diagnosis.select.cross_validation import tied_to_time
@@ -102,8 +101,8 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
         return {}
     without = effort - np.sum(pushes, axis=0)
     extremes = {
-        "faster": _Extremes(velocity[None], quiet),
-        "under more effort": _Extremes(np.stack([effort, without]), quiet),
+        "faster": Extremes(velocity[None], quiet),
+        "under more effort": Extremes(np.stack([effort, without]), quiet),
     }
     doubts: dict[int, str] = {}
     for where, extreme in extremes.items():
@@ -119,7 +118,7 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
 
 def _told_apart(data: AxisData, model: FittedModel, event: list[int], laws: Array) -> bool:
     """Whether an event, by the places of its terms, describes the effort better than laws do."""
-    ratio = _error_with(data, model, event, laws) / max(model.error, _TINY)
+    ratio = error_with(data, model, event, laws) / max(model.error, _TINY)
     return separable(np.count_nonzero(data.valid) * np.log(max(ratio, _TINY)))
 
 
@@ -272,53 +271,3 @@ def may_be_held(segment: Segment, travel: float) -> NDArray[np.bool_]:
     near = np.min(np.abs(motion.position - neighbours), axis=0)
     resolved = segment.position_noise * np.sqrt(12.0)
     return np.asarray(near <= max(travel, resolved))
-
-
-# Laws that act where a speed or an effort is larger than at any other time.
-#
-# Such a law shows once, and a disturbance in time may describe it. Whether it does so any better
-# than a law is a question of fit: a law bends from some value on, or jumps there.
-
-
-_BENDS: Final = (1.0, 0.9, 0.8, 0.7)
-"""Parts of the range at all other times from which on a law may act."""
-_JUMPS: Final = (0.0, 0.25, 0.5, 0.75)
-"""Parts of what lies beyond it at which a law may jump."""
-
-
-@dataclass(frozen=True)
-class _Extremes:
-    """Where S signals (S, N) lie beyond their ranges at the quiet samples (N,), all at once."""
-
-    signals: Array
-    quiet: NDArray[np.bool_]
-
-    def excess(self, part: float = 1.0) -> Array:
-        """How far (N,) the signals lie beyond a part of these ranges; the least of them counts."""
-        known = part * self.signals[:, self.quiet]
-        low, high = (f(known, axis=1, keepdims=True) for f in (np.min, np.max))
-        beyond = np.maximum(low - self.signals, self.signals - high)
-        return np.asarray(np.maximum(np.min(beyond, axis=0), 0.0))
-
-    @property
-    def laws(self) -> Array:
-        """Efforts (L, N) that add up to any law that bends or jumps there."""
-        bends = [self.excess(part) for part in _BENDS]
-        excess = bends[0]
-        jumps = [1.0 * (excess > part * np.max(excess)) for part in _JUMPS]
-        return np.array([excess**2, *bends, *jumps])
-
-
-def _error_with(data: AxisData, model: FittedModel, places: list[int], laws: Array) -> float:
-    """Sum of squares that a model leaves with laws (L, N), along all motions, in the place of the
-    terms at these places."""
-    ends = np.cumsum([len(s.effort) for s in data.segments])[:-1]
-    parts = zip(data.segments, np.split(laws, ends, axis=1), strict=True)
-    seen = np.concatenate([s.filter(part) for s, part in parts], axis=1)
-    of_terms = sum(term_effort(data, model, place) for place in places)
-    effort = (data.effort - model.predicted + of_terms)[data.valid]
-    own = np.r_[tuple(model.columns_of(place) for place in places)]
-    others = np.delete(model.derivatives, own, axis=1)
-    basis = orthonormal(np.hstack([others, seen.T])[data.valid])
-    left = effort - basis @ (basis.T @ effort)
-    return float(left @ left)
