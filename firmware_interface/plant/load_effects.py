@@ -142,7 +142,7 @@ class PositionLoad(Effect):
         shape = strength.shape
         hose = (rng.random(shape) < 0.5).astype(float)
         radians = rng.uniform(1.5, 6.0, shape)
-        slack, crank = np.full(shape, 0.2), np.full(shape, 0.25)
+        slack, crank = np.full(shape, 0.2), np.full(shape, 0.4)
         steepest = 0.5 * scales.drives.control.position_gain * scales.travel
         steepest /= np.where(hose, 1 / (1 - slack), radians * (1 + crank)) * cls.span[1]
         size = strength * np.minimum(scales.effort_rms, steepest)
