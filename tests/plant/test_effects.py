@@ -110,8 +110,8 @@ def position_friction(e: Effect, found: Balance) -> Array:
 def position_load(e: Effect, found: Balance) -> Array:
     place = (found.angle - along(e.centre)) / along(e.travel)
     angle = along(e.per_travel) * place
-    # height of the weight: crank's and rod's; its change with the angle is the torque
-    high, low = (-np.cos(a) - np.sqrt(16 - np.sin(a) ** 2) for a in (angle + 1e-5, angle - 1e-5))
+    # height of a weight on a crank and a rod of 2.5 cranks; its change with the angle is torque
+    high, low = (-np.cos(a) - np.sqrt(6.25 - np.sin(a) ** 2) for a in (angle + 1e-5, angle - 1e-5))
     taut = (place - 0.2 * np.tanh(place / 0.3)) / 0.8
     return along(e.size) * np.where(along(e.hose) == 1, taut, (high - low) / 2e-5)
 
