@@ -162,7 +162,7 @@ def selected_model(data: AxisData, template: AxisModel, before: Selected | None 
     """Select a model of an axis.
 
     A coloured residual is worth fewer independent samples than it has. Then the terms are added
-    anew, and the search counts as many.
+    anew, the search counts as many, and it goes on from the better of both models.
 
     Parameters
     ----------
@@ -179,7 +179,8 @@ def selected_model(data: AxisData, template: AxisModel, before: Selected | None 
     samples = independent_samples(data, model)
     if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
         search = search.with_samples(samples)
-        model = _grown(search, start)
+        # of two large causes neither explains much alone: what was found together competes
+        model = min(_grown(search, start), model, key=search.criterion.value)
     found = Selected(search, start, settle(search, model))
     seen = with_hidden_events(data, found.supported.model, float(start.base[0]))
     return found if seen is data else selected_model(seen, template)
