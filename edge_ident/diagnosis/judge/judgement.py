@@ -2,9 +2,10 @@
 
 The rules stand in `select.acceptance`. A cause is suspected where one of them is against it: it is
 smaller than what is left unexplained, the halves of the data disagree about it, it shows at
-standstill alone, too often or too briefly, it trades places with the base parameters, another law
-or a free curve fits better, the model with all causes is not physical, the selection did not
-converge, or no cause may be named. It is minor where it is small, or a sound drive has it.
+standstill alone, too often or too briefly, it trades places with the base parameters, its values
+are those of another effect or uncertain, a free curve fits better, the model with all causes is not
+physical, the selection did not converge, or no cause may be named. It is minor where it is small,
+or a sound drive has it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -101,7 +102,7 @@ def judge(
     before = None
     while kept != before:  # beside the others more is left unexplained then
         before = kept
-        for doubt in (_smaller, _traded, _in_time, _halves_apart, _another_law):
+        for doubt in (_smaller, _traded, _in_time, _halves_apart, _by_values):
             doubts |= (doubtful := doubt(beside, kept))
             kept = [k for k in kept if k not in doubtful]
     reason = blocked or (assessed.against_all(kept) if kept else None)
@@ -183,7 +184,7 @@ def _halves_apart(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     return {k: d.reason for k, d in zip(kept, decisions, strict=True) if d and not d.accepted}
 
 
-def _another_law(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
+def _by_values(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
     """Reasons against causes that are another effect, or of no certain size, by their values."""
     doubts = {k: reason for k in kept if (reason := assessed.degenerate(k))}
     return assessed.doubtful_sizes(kept) | assessed.phases(kept) | doubts
