@@ -133,7 +133,7 @@ class Products:
     def held_out_by(self, parts: Sequence[NDArray[np.intp]]) -> Self:
         """The same columns, held out by other parts of the samples (n,)."""
         other = replace(self, parts=tuple(parts))
-        other.__dict__.update(gram=self.gram, moment=self.moment)
+        other.__dict__.update(gram=self.gram, moment=self.moment, roughness=self.roughness)
         return other
 
     @cached_property

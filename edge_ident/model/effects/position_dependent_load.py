@@ -68,12 +68,12 @@ class PositionDependentLoad(Effect):
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
         """Resonance on the steepest slope, at most ten seconds of travel away."""
         rate = 2.0 * np.pi / values["period"]
-        wave = np.hypot(values["cosine"], values["sine"]) * rate
-        wave = wave + 2.0 * np.hypot(values["twice_cosine"], values["twice_sine"]) * rate
+        twice = 2.0 * np.hypot(values["twice_cosine"], values["twice_sine"])
+        waves = (np.hypot(values["cosine"], values["sine"]) + twice) * rate
         away = 10.0 * speed
         bend = (2.0 * np.abs(values["curvature"]) + 3.0 * np.abs(values["cubic"]) * away) * away
         slope = np.abs(values["bump"]) / values["width"]  # at its steepest 0.86 of that
-        return np.sqrt((np.abs(values["stiffness"]) + bend + wave + slope) / inertia)
+        return np.sqrt((np.abs(values["stiffness"]) + bend + waves + slope) / inertia)
 
 
 def _grid(excitation: Excitation) -> dict[str, Array]:
