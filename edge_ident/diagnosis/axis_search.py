@@ -31,8 +31,10 @@ from edge_ident.diagnosis.select.second_looks import (
 )
 from edge_ident.diagnosis.select.selection import (
     Selected,
-    first_selected,
+    grown_model,
+    moved_model,
     selected_model,
+    settled_model,
     unsearched,
 )
 from edge_ident.estimation.trust import Finding
@@ -105,8 +107,9 @@ def search_axis(
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
     """What is selected where the effort is shifted as it is beside the first causes, and where
     recordings may have friction of their own."""
-    first = first_selected(data, known)
-    selected = selected_model(data_beside_causes(first) or data, known, first)
+    grown = grown_model(data, known)
+    moved = data_beside_causes(grown)
+    selected = settled_model(grown if moved is None else moved_model(moved, grown))
     for other in (own_friction_data, delayed_data):
         moved = other(selected)
         if moved is not None:

@@ -157,7 +157,7 @@ class Rest:
             rows = rows[: len(motion)]
             beside_motion = effort - least_squares(rows, effort) @ rows
         whole = left - inertia * above(wide.acceleration - shown)
-        frequency_hz = _frequencies(samples, wide.period_s)
+        frequency_hz = _frequencies(fast_length(samples), wide.period_s)
         encoder = inertia**2 * _encoder_density(wide, frequency_hz)
         noise = np.stack([_gain(wide, frequency_hz) ** 2 * encoder, encoder])
         noise += min(density, _white(left, weight, wide))
@@ -223,24 +223,24 @@ class Rest:
 
     def _power(self, low: float, high: float, averaged: int) -> tuple[Array, Array]:
         """Power (2, N) between two frequencies about each time, and that of the noise (2, 1)."""
-        count = self.left.shape[1]
+        count, whole = self.left.shape[1], fast_length(self.left.shape[1])
         inside = self._inside(low, high)
-        passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), count)
+        passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), whole)[:, :count]
         window = np.hanning(averaged + 2)
         length = fast_length(count + len(window))
         spectrum = np.fft.rfft(np.vstack([passed**2, self.weight**2]), length)
         spectrum *= np.fft.rfft(window / np.sum(window), length)
         middle = len(window) // 2
         mean = np.fft.irfft(spectrum, length)[:, middle : middle + count]
-        noise = np.sum(self.density[:, inside], axis=1) / (count * self.wide.period_s)
+        noise = np.sum(self.density[:, inside], axis=1) / (whole * self.wide.period_s)
         return mean[:2] / np.maximum(mean[2], _KNOWN), noise[:, None]
 
     @cached_property
     def _spectrum(self) -> NDArray[np.complex128]:
-        return np.fft.rfft(self.left)
+        return np.fft.rfft(self.left, fast_length(self.left.shape[1]))
 
     def _inside(self, low: float, high: float) -> NDArray[np.bool_]:
-        frequency_hz = _frequencies(self.left.shape[1], self.wide.period_s)
+        frequency_hz = _frequencies(fast_length(self.left.shape[1]), self.wide.period_s)
         return np.asarray((frequency_hz >= low) & (frequency_hz < high))
 
     def _range_hz(self, parts: list[_HalfOctave]) -> tuple[float, float]:
@@ -251,7 +251,7 @@ class Rest:
         grown = np.maximum.accumulate(np.cumsum(power[inside]))
         ends = np.searchsorted(grown, np.array([_BEYOND, 1.0 - _BEYOND]) * grown[-1])
         places = np.flatnonzero(inside)[np.minimum(ends, len(grown) - 1)]
-        low, high = (places / (self.left.shape[1] * self.wide.period_s)).tolist()
+        low, high = (places / (fast_length(self.left.shape[1]) * self.wide.period_s)).tolist()
         return low, high
 
 

@@ -120,7 +120,7 @@ class Library:
         fitted to the residual of a model."""
         found: dict[Candidate, tuple[Array, Array]] = {}
         left, first = subspace.left, 0
-        total, products, known = float(left @ left), self._times(left), self._known(subspace)
+        total, (products, known) = float(left @ left), self._products(subspace)
         for group, gram, bounds in self._groups:
             at, shape = slice(first, first + gram[..., 0].size), gram.shape[:2]
             component = Orthogonal.of(gram, known[at].reshape(*shape, -1))
@@ -131,26 +131,26 @@ class Library:
             first = at.stop
         return found
 
-    def _known(self, subspace: "ResidualSubspace") -> Array:
-        """Products (L, R) of the L regressors with a basis, where efforts add up from those with
-        the columns of the Jacobian."""
-        basis = subspace.basis
+    def _products(self, subspace: "ResidualSubspace") -> tuple[Array, Array]:
+        """Products of the L regressors with the residual, (L,), and with a basis, (L, R); where
+        efforts add up, the latter follow from those with the columns of the Jacobian, which other
+        models have, too."""
+        left, basis = subspace.left[:, None], subspace.basis
         unit, _ = unit_length(subspace.jacobian)
         turned = basis.T @ unit
         if not subspace.adds_up or np.linalg.cond(turned) > _TOLD_APART:
-            return self._times(basis)
-        products = np.stack([self._product(column) for column in unit.T], axis=1)
-        return np.asarray(products @ np.linalg.pinv(turned))
-
-    def _product(self, column: Array) -> Array:
-        """Products (L,) with a column (n,) that many models have."""
-        key = column.tobytes()
-        if key not in self.products:
-            self.products[key] = self._times(column)
-        return self.products[key]
+            found = self._times(np.hstack([left, basis]))
+            return found[:, 0], found[:, 1:]
+        columns = {column.tobytes(): column for column in unit.T}
+        new = [key for key in columns if key not in self.products]
+        found = self._times(np.hstack([left, *(columns[key][:, None] for key in new)]))
+        self.products.update(zip(new, found[:, 1:].T.copy(), strict=True))
+        known = np.stack([self.products[column.tobytes()] for column in unit.T], axis=1)
+        return found[:, 0], np.asarray(known @ np.linalg.pinv(turned))
 
     def _times(self, columns: Array) -> Array:
-        """Products (L, ...) of all regressors with columns (n, ...)."""
+        """Products (L, K) of all regressors with columns (n, K), in one pass over the regressors:
+        these are many."""
         return np.concatenate([x.reshape(-1, x.shape[-1]) @ columns for x in self.rows.values()])
 
 

@@ -318,8 +318,6 @@ class Search:
         Regressors of each candidate at the points of its grid, and at those refined before.
     noise : float
         Sum of squares that noise alone leaves.
-    refines : bool
-        Whether nonlinear parameters are searched between the points of the grids.
     refinements : Refinements
         Candidates that were refined before.
     """
@@ -332,7 +330,6 @@ class Search:
     spectrum: Spectrum
     library: Library
     noise: float
-    refines: bool = True
     refinements: Refinements = field(default_factory=Refinements, compare=False)
 
     @classmethod
@@ -410,9 +407,7 @@ class Search:
                 break
             if gained < SLIGHTEST - self.criterion.penalty(scored.candidate):
                 break
-            refined = scored
-            if self.refines or scored.candidate == VIBRATION:
-                refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
+            refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
             best = self._within_bounds(fitted, refined)
             if best not in found and self._admissible(best.term, fitted, replica_jacobian):
                 found.append(best)

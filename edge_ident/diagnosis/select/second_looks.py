@@ -142,8 +142,7 @@ def _out_of_step(data: AxisData, late_s: float) -> AxisData:
 #   shift of zero is adequate, just: the rest would go to a play or a compliance.
 # - No cause is known yet. A dead band, say, asks for a shift of its own, and what it lacks is then
 #   in the model to first order only: the rest looks like a spring with much damping. So an effort
-#   is moved again beside the causes that were found: first beside those that the grids alone show,
-#   as soon as these decide it, because what the search finds at a wrong shift is of no use.
+#   is moved again beside what was added to the base model, before any of it is exchanged.
 
 
 def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisData:

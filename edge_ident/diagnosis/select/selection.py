@@ -140,29 +140,11 @@ def unsearched(data: AxisData, template: AxisModel) -> Selected:
     return Selected(Search.of(data, template, start), start, alone)
 
 
-def first_selected(data: AxisData, template: AxisModel) -> Selected:
-    """What is added at the points of the grids alone, refined at the end: it tells how an effort is
-    shifted beside its causes, before the search is worth its time.
-
-    Parameters
-    ----------
-    data : AxisData
-    template : AxisModel
-        The axis with what it is known to have.
-    """
-    start = fitted_base(data, template)
-    search = Search.of(data, template, start)
-    model = polished(search, _grown(replace(search, refines=False), start))
-    samples = min(search.criterion.samples, independent_samples(data, model))
-    unsettled = SupportedModel(model, (), (), converged=False)
-    return Selected(search.with_samples(samples), start, unsettled)
-
-
-def selected_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
-    """Select a model of an axis.
+def grown_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
+    """What is added to the base model, before anything is exchanged or left out.
 
     A coloured residual is worth fewer independent samples than it has. Then the terms are added
-    anew, the search counts as many, and it goes on from the better of both models.
+    anew, and the search counts as many.
 
     Parameters
     ----------
@@ -172,18 +154,49 @@ def selected_model(data: AxisData, template: AxisModel, before: Selected | None 
     before : Selected, optional
         On the same motion, with an effort that may have been moved since then.
     """
-    start, search = fitted_base(data, template), before.search if before else None
-    if search is None or search.data is not data:
-        search = Search.of(data, template, start, search)
+    search, start = _search(data, template, before)
     model = _grown(search, start)
     samples = independent_samples(data, model)
     if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
         search = search.with_samples(samples)
         # of two large causes neither explains much alone: what was found together competes
         model = min(_grown(search, start), model, key=search.criterion.value)
-    found = Selected(search, start, settle(search, model))
+    return _unsettled(search, start, model)
+
+
+def moved_model(data: AxisData, before: Selected) -> Selected:
+    """What was added before, beside an effort that was moved since then."""
+    search, start = _search(data, before.start.template, before)
+    model = polished(search, search.fit(start.base, before.supported.model.terms))
+    samples = min(search.criterion.samples, independent_samples(data, model))
+    return _unsettled(search.with_samples(samples), start, model)
+
+
+def settled_model(grown: Selected) -> Selected:
+    """The model to which changes of another lead, until none is accepted."""
+    data, start = grown.search.data, grown.start
+    found = replace(grown, supported=settle(grown.search, grown.supported.model))
     seen = with_hidden_events(data, found.supported.model, float(start.base[0]))
-    return found if seen is data else selected_model(seen, template)
+    return found if seen is data else selected_model(seen, start.template)
+
+
+def selected_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
+    """Select a model of an axis; for the parameters see `grown_model`."""
+    return settled_model(grown_model(data, template, before))
+
+
+def _search(
+    data: AxisData, template: AxisModel, before: Selected | None
+) -> tuple[Search, FittedModel]:
+    """A search in some data, and the base model."""
+    start, search = fitted_base(data, template), before.search if before else None
+    if search is None or search.data is not data:
+        search = Search.of(data, template, start, search)
+    return search, start
+
+
+def _unsettled(search: Search, start: FittedModel, model: FittedModel) -> Selected:
+    return Selected(search, start, SupportedModel(model, (), (), converged=False))
 
 
 def settle(search: Search, model: FittedModel) -> SupportedModel:

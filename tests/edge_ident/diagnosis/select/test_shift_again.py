@@ -11,7 +11,7 @@ from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.second_looks import data_beside_causes
-from edge_ident.diagnosis.select.selection import Selected, SupportedModel, first_selected
+from edge_ident.diagnosis.select.selection import Selected, SupportedModel, grown_model, moved_model
 from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, swing
@@ -73,11 +73,11 @@ def test_an_effort_out_of_step_is_moved_beside_its_dead_band(
 
 
 def test_the_first_causes_show_the_shift_before_the_others(data: AxisData) -> None:
-    first = first_selected(out_by(data, 1.5), TEMPLATE)
+    first = grown_model(out_by(data, 1.5), TEMPLATE)
     found = data_beside_causes(first)
     assert found is not None
     assert found.segments[0].applied_s / SLOW_S == pytest.approx(-EARLY, abs=0.25)
-    again = first_selected(found, TEMPLATE).supported.model
+    again = moved_model(found, first).supported.model
     assert again.terms[0].candidate.effect == "actuator_deadband"
     assert again.terms[0].nonlinear["width"] == pytest.approx(1.5, rel=0.02)
 
