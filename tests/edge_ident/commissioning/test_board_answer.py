@@ -1,6 +1,7 @@
 """The board's answer beside this host's: what it means where they agree, and where they do not."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,22 +17,36 @@ from edge_ident.commissioning.board_answer import (
 )
 from edge_ident.errors import LinkError
 from edge_ident.estimation.network import load_network
-from edge_ident.estimation.network_estimate import BoardNetwork, why_not_on_a_board
+from edge_ident.estimation.network_estimate import (
+    BoardNetwork,
+    NetworkEstimate,
+    why_not_on_a_board,
+)
 from edge_ident.identification.result import Identification
+from edge_ident.signals.recording import Recording
 from firmware_interface.board_identification import BoardAxis, BoardIdentification, network_code
 from firmware_interface.board_types import BoardIdentity
 from firmware_interface.registers import AXES, IdentificationReason, IdentificationState
 
 IDENTITY = BoardIdentity("2.0", 1, 1, 0.0025, 0.0005, 8400, float(np.float32(0.004)))
-RECORDING = edge_ident.simulate()
 NETWORK = load_network("int8")
 CODE = network_code(NETWORK.sha256)
-SAID = BoardNetwork(NETWORK).estimates(counts_of(RECORDING, IDENTITY, AXES), IDENTITY)
+
+
+@cache
+def recording() -> Recording:
+    return edge_ident.simulate()
+
+
+@cache
+def said() -> dict[str, tuple[BoardAxis, NetworkEstimate | None]]:
+    """What a board says that computes as it should."""
+    return BoardNetwork(NETWORK).estimates(counts_of(recording(), IDENTITY, AXES), IDENTITY)
 
 
 @pytest.fixture(scope="module")
 def found() -> Identification:
-    return edge_ident.identify(RECORDING)
+    return edge_ident.identify(recording())
 
 
 def asked(
@@ -50,18 +65,18 @@ def asked(
             return BoardIdentification(state, 1, network, axes)
 
     board: Any = Saying()
-    answer = board_answer(board, RECORDING, found, None)
+    answer = board_answer(board, recording(), found, None)
     assert answer is not None
     return answer
 
 
 def true_axes() -> dict[str, BoardAxis]:
-    return {name: axis for name, (axis, _) in SAID.items()}
+    return {name: axis for name, (axis, _) in said().items()}
 
 
 def moved(deviations: float) -> dict[str, BoardAxis]:
     """The board's answer with another inertia of x, in standard deviations of its network."""
-    axis, estimate = SAID["x"]
+    axis, estimate = said()["x"]
     assert estimate is not None
     inertia = axis.parameters[0] + deviations * float(estimate.std[0])
     return true_axes() | {"x": replace(axis, parameters=(inertia, *axis.parameters[1:]))}
@@ -93,7 +108,7 @@ def test_a_firmware_that_computes_otherwise_is_told_from_a_method_that_does(
 def test_a_difference_beyond_what_is_explained_is_said(found: Identification) -> None:
     """This host's least squares put elsewhere, as by an effect: the network is where it was."""
     axis = found.axes["x"]
-    apart = 10.0 * np.hypot(axis.estimate.std, SAID["x"][1].std)  # type: ignore[union-attr]
+    apart = 10.0 * np.hypot(axis.estimate.std, said()["x"][1].std)  # type: ignore[union-attr]
     estimate = replace(axis.estimate, parameters=axis.estimate.parameters + apart)
     elsewhere = replace(found, axes={**found.axes, "x": replace(axis, estimate=estimate)})
     answer = asked(true_axes(), elsewhere).axes["x"]
@@ -134,7 +149,7 @@ def test_no_network_and_no_answer_are_no_failure(found: Identification) -> None:
             raise LinkError("no", "none")
 
     board: Any = Silent()
-    assert board_answer(board, RECORDING, found, None) is None
+    assert board_answer(board, recording(), found, None) is None
 
 
 def test_networks_that_no_board_can_run_are_told() -> None:
