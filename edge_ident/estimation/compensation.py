@@ -82,7 +82,8 @@ def compensate_effects(
     """
     if model is None:
         return _conditioned(recording, name, (), recording.effort_shift_s - late_s, of_motion)
-    from edge_ident.estimation.known_effects import subtracted, without_delay
+    # a sound axis has no use for the catalogue of effects
+    from edge_ident.estimation.known_effects import accounted_for, without_delay
 
     known = _known(model, recording, name)
     effects = known.terms[1:]
@@ -91,7 +92,17 @@ def compensate_effects(
     plain = _conditioned(recording, name, effects, shift_s, of_motion)
     if not acting:
         return plain
-    return subtracted(plain, replace(known, terms=(known.terms[0], *acting)), recording, name)
+    acting_axis = replace(known, terms=(known.terms[0], *acting))
+    made = accounted_for(acting_axis, recording, name, plain.signals, shift_s)
+    return replace(
+        plain,
+        signals=replace(plain.signals, effort=plain.signals.effort - made.filtered),
+        effects_effort=made.filtered,
+        effort=plain.effort - made.withheld,
+        effects_unfiltered=made.along_motion,
+        friction_line=made.friction_line,
+        tied_to_time=made.tied_to_time,
+    )
 
 
 def _conditioned(

@@ -38,7 +38,7 @@ _UNKNOWN: Final = (
 
 def diagnosis_answer(
     found: result.Diagnosis, done: next_step.Done = next_step.NOTHING_DONE, *, details: bool = False
-) -> view.Answer:
+) -> view.Parts:
     """Verdict of each axis and next steps in a few lines, a table of parameters, then remarks.
 
     Parameters
@@ -63,7 +63,7 @@ def diagnosis_answer(
     parts += _validated(found)
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
     parts += [*view.next_lines(steps or [_NOTHING]), numbers.parameter_grid(found.model, lines)]
-    return view.Answer((*parts, *(diagnosis_parts(found) if details else _remarks(found))))
+    return (*parts, *(diagnosis_parts(found) if details else _remarks(found)))
 
 
 def _validated(found: result.Diagnosis) -> Iterator[view.Line]:

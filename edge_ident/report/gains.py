@@ -21,7 +21,7 @@ from edge_ident.commissioning.promise import (
 from edge_ident.commissioning.verification import GainChange
 from edge_ident.control.gain_design import GainDesign, GainDesigns
 from edge_ident.report.chart import Array, Chart, Layer, across, around, of_axes
-from edge_ident.report.view import Answer, Grid, Line, Part, ResultView, Row, next_lines
+from edge_ident.report.view import Grid, Line, Part, Parts, ResultView, Row, next_lines
 from edge_ident.support.documents import finite
 from edge_ident.support.rows import Cell, Table, table_of
 from edge_ident.support.words import spoken
@@ -309,7 +309,7 @@ def _ends(expected: Expected) -> list[float | None]:
     return [finite(expected.low_rad), finite(expected.high_rad)]
 
 
-def gain_report_view(report: GainReport) -> Answer:
+def gain_report_view(report: GainReport) -> Parts:
     """What became of the gains, and what to do next; then a table per axis."""
     change = report.change
     parts: list[Part] = []
@@ -323,7 +323,7 @@ def gain_report_view(report: GainReport) -> Answer:
     parts += [_table(report, axis) for axis in report.active]
     if change is not None and change.promise:
         parts.append(promise_grid(change.promise))
-    return Answer(tuple(parts))
+    return tuple(parts)
 
 
 def _table(report: GainReport, axis: str) -> Grid:

@@ -27,7 +27,7 @@ def identification_answer(
     *,
     details: bool = False,
     without_findings: str = findings.DESIGN_GAINS,
-) -> view.Answer:
+) -> view.Parts:
     """Trust, model and next step in a few lines, then one table of parameters, then remarks.
 
     Parameters
@@ -50,7 +50,7 @@ def identification_answer(
     ]
     said = {name: axis.findings for name, axis in found.axes.items()}
     rest = identification_parts(found) if details else findings.remarks(said)
-    return view.Answer((*parts, *rest))
+    return (*parts, *rest)
 
 
 def _budgets(found: result.Identification) -> Iterator[view.Part]:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from edge_ident.commissioning import described_drive, latency, register_access
 from edge_ident.drive.description import drive_text
-from edge_ident.report.view import Answer, Grid, Line
+from edge_ident.report.view import Grid, Line, Parts
 from edge_ident.support.documents import atomic_write
 from firmware_interface import board_types, received
 from firmware_interface.plant.hiding import Fault
@@ -207,15 +207,13 @@ def save_waterfall(profile: latency.Profile, file: Path) -> None:
 # A latency profile as tables.
 
 
-def profile_view(profile: latency.Profile) -> Answer:
+def profile_view(profile: latency.Profile) -> Parts:
     """Percentiles of every stage, a table for each start and precision, and the verdict."""
-    return Answer(
-        (
-            Line(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
-            *(_stages(run) for run in profile.runs),
-            Line(profile.ways),
-            Line(f"{profile.verdict} (target {latency.TARGET_MS:.0f} ms)"),
-        )
+    return (
+        Line(f"{profile.device}; {profile.machine}; {profile.repetitions} repetitions"),
+        *(_stages(run) for run in profile.runs),
+        Line(profile.ways),
+        Line(f"{profile.verdict} (target {latency.TARGET_MS:.0f} ms)"),
     )
 
 

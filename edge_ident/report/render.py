@@ -13,7 +13,7 @@ from rich.text import Text
 
 from edge_ident.errors import DataError
 from edge_ident.report.chart import Chart, Layer, Scale, axis_label
-from edge_ident.report.view import Grid, Line, Part, Tone
+from edge_ident.report.view import Grid, Line, Part, Parts, Tone
 from edge_ident.support.console import FittingTable, VisibleConsole, plain_table
 from edge_ident.support.documents import atomic_write
 
@@ -32,9 +32,11 @@ class _Console(VisibleConsole):
         raise
 
 
-def show(result: RenderableType) -> None:
-    """Print a result, or the view of one, on stdout; only for a terminal are lines broken."""
+def show(result: RenderableType | Parts) -> None:
+    """Print a result, or what is shown of one, on stdout; only for a terminal are lines broken."""
     console = _Console()
+    if isinstance(result, tuple):
+        result = rendered(result)
     if console.is_terminal:
         console.print(result, crop=False, overflow="fold")
     else:

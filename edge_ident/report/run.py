@@ -16,7 +16,7 @@ from edge_ident.identification.result import AxisIdentification
 from edge_ident.model.model import Model
 from edge_ident.report import chart, findings, gains, numbers, run_documents
 from edge_ident.report.identification import identification_parts, identified_charts, model_lines
-from edge_ident.report.view import Answer, Grid, Line, Part, next_lines
+from edge_ident.report.view import Grid, Line, Part, Parts, next_lines
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.support.words import listed, spoken
@@ -24,7 +24,7 @@ from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Staircase
 
 
-def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Answer:
+def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool = False) -> Parts:
     """Trust, gains, model and next step in a few lines; a table of parameters and one of gains.
 
     Parameters
@@ -36,7 +36,7 @@ def outcome_view(outcome: Outcome, device: str | None = None, *, details: bool =
         Every estimator, motion, gain, forecast and measured error below, and all findings.
     """
     rest = (_details if details else _remarks)(outcome)
-    return Answer((*_answer(outcome, device), *rest))
+    return (*_answer(outcome, device), *rest)
 
 
 def _answer(outcome: Outcome, device: str | None) -> Iterator[Part]:

@@ -1,8 +1,7 @@
 """The view of a result: what is to be shown of it, as data. Renderers show it in one place each.
 
-Lines and tables are rendered by `edge_ident.report.render` (a notebook shows the same), by the
-templates of a page, and as Markdown; charts as SVG by themselves, and by
-`edge_ident.report.render`.
+A terminal and a notebook show lines and tables by `edge_ident.report.render`, a page by its
+templates; charts are SVG by themselves, and pictures by `edge_ident.report.render`.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -13,9 +12,6 @@ from edge_ident.support.rows import Cell
 from edge_ident.support.rows import Table as Columns
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-    from rich.console import Group
-
     from edge_ident.report.chart import Chart
 
 Tone = Literal["", "strong", "good", "doubt", "bad"]
@@ -72,18 +68,8 @@ class Grid:
 
 
 Part = Line | Grid
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Lines and tables, one below the other."""
-
-    parts: tuple[Part, ...]
-
-    def __rich__(self) -> "Group":
-        from edge_ident.report.render import rendered
-
-        return rendered(self.parts)
+Parts = tuple[Part, ...]
+"""Lines and tables, one below the other."""
 
 
 @dataclass(frozen=True)
@@ -103,16 +89,6 @@ class ResultView:
     table: Callable[[Any], Columns]
     parts: Callable[[Any], Iterable[Part]]
     charts: "Callable[[Any], Sequence[Sequence[Chart]]]" = lambda result: ()
-
-    def shown(self, result: Any) -> Answer:
-        """For a terminal and a notebook."""
-        return Answer(tuple(self.parts(result)))
-
-    def figure(self, result: Any) -> "Figure":
-        """Pictures."""
-        from edge_ident.report.render import drawn
-
-        return drawn(self.charts(result))
 
 
 _DIGITS: Final = 4

@@ -48,6 +48,14 @@ VIEWS: "dict[str, str]" = {}
 """By the name of a class of results, the module that has its view as `VIEW`."""
 
 
+_RENDERER = "edge_ident.report.render"
+
+
+def renderer() -> "Any":
+    """The module that shows views; it is loaded when the first one is shown."""
+    return import_module(_RENDERER)
+
+
 def view_of(result: "Any") -> "Any":
     """The view of a kind of result; its module is loaded for the first one.
 

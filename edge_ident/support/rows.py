@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING
 
-from edge_ident.support.lazy import view_of
+from edge_ident.support.lazy import renderer, view_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +48,7 @@ class Readable:
 
     def __rich__(self) -> "RenderableType":
         """The result as rich shows it."""
-        made: RenderableType = view_of(self).shown(self)
+        made: RenderableType = renderer().rendered(view_of(self).parts(self))
         return made
 
     def __str__(self) -> str:
@@ -80,5 +80,5 @@ class Drawable(Readable):
         DataError
             matplotlib is not installed.
         """
-        made: Figure = view_of(self).figure(self)
+        made: Figure = renderer().drawn(view_of(self).charts(self))
         return made

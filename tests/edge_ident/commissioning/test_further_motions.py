@@ -21,6 +21,7 @@ from edge_ident.drive.description import load_drive
 from edge_ident.drive.motions import named_trajectory
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
+from edge_ident.report.render import rendered
 from edge_ident.report.run import outcome_view
 from edge_ident.signals.recording_files import load_recording
 from edge_ident.simulation.simulate import simulate
@@ -135,7 +136,7 @@ def assert_time_is_told(outcome: Outcome) -> None:
     assert 0.0 < spent_ms["diagnosis"] < spent_ms["total"]
     assert spent_ms["diagnosis"] <= spent_ms["separation"] + spent_ms["last_sample_to_verified"]
     console = Console(width=200, record=True, file=StringIO())
-    console.print(outcome_view(outcome, details=True))
+    console.print(rendered(outcome_view(outcome, details=True)))
     spent_s = 1e-3 * spent_ms["diagnosis"]
     told = f"identified in {own_ms:.0f} ms, diagnosed in {spent_s:.1f} s"
     assert told in console.export_text()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console, RenderableType
+from rich.console import Console
 
 import edge_ident
 from edge_ident.commissioning.run import Outcome
@@ -18,7 +18,9 @@ from edge_ident.report.diagnosis import diagnosis_answer
 from edge_ident.report.gains import GainReport, gain_report_view
 from edge_ident.report.identification import identification_answer
 from edge_ident.report.numbers import interval_texts
+from edge_ident.report.render import rendered
 from edge_ident.report.run import outcome_view
+from edge_ident.report.view import Parts
 from tests.edge_ident.diagnosis import hand_made
 from tests.edge_ident.report.page import hand_made_run
 
@@ -26,14 +28,14 @@ WORSE = Tracking(0.001, 0.1, 0.0001, 0.0001)
 POOR = Finding("poor_fit", "the model leaves 20% of the effort", "check the units", blocks=True)
 
 
-def lines(view: RenderableType) -> list[str]:
+def lines(view: Parts) -> list[str]:
     console = Console(width=200, highlight=False)
     with console.capture() as captured:
-        console.print(view, soft_wrap=True)
+        console.print(rendered(view), soft_wrap=True)
     return captured.get().splitlines()
 
 
-def block(view: RenderableType) -> list[str]:
+def block(view: Parts) -> list[str]:
     """The lines before the first table."""
     shown = lines(view)
     return shown[: shown.index("parameters")]

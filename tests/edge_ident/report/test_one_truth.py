@@ -16,6 +16,7 @@ from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import Estimate, Model, base_axis
 from edge_ident.report.numbers import interval_texts, to_its_std
 from edge_ident.report.page.run_page import write_run_page
+from edge_ident.report.render import rendered
 from edge_ident.report.run import outcome_view
 from edge_ident.report.run_documents import run_document
 from tests.edge_ident.report.page import hand_made_run
@@ -108,7 +109,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Outcome, Path]:
 def terminal(outcome: Outcome) -> list[str]:
     console = Console(width=200, highlight=False)
     with console.capture() as captured:
-        console.print(outcome_view(outcome), soft_wrap=True)
+        console.print(rendered(outcome_view(outcome)), soft_wrap=True)
     return captured.get().splitlines()
 
 
