@@ -81,7 +81,8 @@ def _compensation(effect: Effect) -> str:
     if compensation.feedforward:
         used.append("feed-forward of " + ", ".join(f"`{p}`" for p in compensation.feedforward))
     if compensation.over == "speed":
-        used.append("a curve over speed, each way, as far as it was seen")
+        bent = "where it bends, " if compensation.feedforward else ""
+        used.append(f"{bent}a curve over speed, each way, as far as it was seen")
     if compensation.over == "position":
         used.append("a table over position, as far as it was seen")
     if compensation.resonance or compensation.series_resonance:

@@ -183,7 +183,8 @@ def _not_fed(term: Term, hardware: LoopHardware, at_s: float | None) -> str:
         return compensation.without
     if compensation.at_end:
         return "" if at_s is not None else "nobody says for which time of the recording gains are"
-    needed = _SAMPLED.get(compensation.over, tuple(compensation.feedforward.values()))
+    over = compensation.sampled(term.values)
+    needed = _SAMPLED.get(over, tuple(compensation.feedforward.values()))
     for gain in needed:
         if gain not in hardware.law:
             return f"the board's register map {hardware.map_version} has no {_FIELDS[gain]}"

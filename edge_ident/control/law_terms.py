@@ -225,7 +225,7 @@ class Placement:
         """
         if named(term.effect).compensation.at_end:
             return Placed(gains, "the gains fit the machine as it was at the end of the recording")
-        over = named(term.effect).compensation.over
+        over = named(term.effect).compensation.sampled(term.values)
         if over and term.supported is None:
             return _NO_RANGE
         if over == "speed":

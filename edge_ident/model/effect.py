@@ -170,7 +170,7 @@ class Compensation:
         Fields that hold the parameter already, as part of the base model, and must lose it.
     over : "", "speed" or "position"
         The effort depends on the velocity alone, or on position and direction alone. It is sampled
-        into a curve or a table, whatever its formula.
+        into a curve or a table, whatever its formula; not where fields take all that a term has.
     resonance : tuple of parameter names
         Inertia, rate (rad/s) and damping ratio of a sprung load, which the loop's margins bear.
     series_resonance : tuple of parameter names
@@ -210,6 +210,12 @@ class Compensation:
     objection: Callable[[Mapping[str, float], float], str] = _none
     note: str = ""
     without: str = ""
+
+    def sampled(self, values: Mapping[str, float | Array]) -> Over:
+        """Over what a term with these values is sampled; over nothing where fields take it all."""
+        fed = self.feedforward
+        in_fields = fed and all(name in fed or not np.any(x) for name, x in values.items())
+        return "" if in_fields else self.over
 
     @property
     def used(self) -> bool:

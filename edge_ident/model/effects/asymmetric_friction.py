@@ -1,8 +1,8 @@
 """Friction that differs by direction: a preloaded nut, a skewed seal, a worn guide.
 
-f = difference·|v|. Viscous friction is larger by the difference forward and smaller by it backward.
-Coulomb friction by direction is not part of this effect: (C₊ - C₋)/2 adds the same effort both
-ways, which is exactly an offset.
+f = difference·|v| + bend·v². Viscous friction is larger by the difference forward and smaller by
+it backward; a seal that lifts with the speed makes it bend. Coulomb friction by direction is not
+part of this effect: (C₊ - C₋)/2 adds the same effort both ways, which is exactly an offset.
 Source: the EMPS reference model with friction by direction (Janot, Gautier and Brunot 2019).
 """
 
@@ -22,15 +22,20 @@ class AsymmetricFriction(Effect):
         Parameter(
             "difference", "{effort}*s/{position}", -1e9, 1e9, "viscous friction, forward over mean"
         ),
+        Parameter(
+            "bend", "{effort}*s^2/{position}^2", -1e9, 1e9, "of it with the speed", default=0.0
+        ),
     )
 
     def load(self, at: Motion, values: Values) -> Array:
         """The same sign both ways."""
-        return values["difference"] * np.abs(at.velocity)
+        speed = np.abs(at.velocity)
+        return (values["difference"] + values["bend"] * speed) * speed
 
     def fastest_rate(self, values: Values, inertia: Array, speed: float) -> Array:
-        """Rate of viscous friction."""
-        return np.abs(values["difference"]) / inertia
+        """Rate of viscous friction at top speed."""
+        steepest = np.abs(values["difference"]) + 2.0 * np.abs(values["bend"]) * speed
+        return steepest / inertia
 
 
 def _draw(draws: Draws, scale: Scale) -> dict[str, Array]:
@@ -47,7 +52,7 @@ EFFECT: Final = AsymmetricFriction(
         "the alignment of the guides.",
     ),
     search=SearchSpec(
-        forms=(Form(("difference",)),),
+        forms=(Form(("difference",)), Form(("difference", "bend"))),
         signature="grows with speed and does not change its sign with the direction",
         alternatives=("position_dependent_friction", "nonlinear_viscous", "actuator_deadband"),
         experiment="constant speeds both ways over the same stroke: --motion staircase",
@@ -55,5 +60,7 @@ EFFECT: Final = AsymmetricFriction(
         shares_friction=True,
     ),
     draw=_draw,
-    compensation=Compensation(feedforward={"difference": "viscous_difference_feedforward"}),
+    compensation=Compensation(
+        feedforward={"difference": "viscous_difference_feedforward"}, over="speed"
+    ),
 )

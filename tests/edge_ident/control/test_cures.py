@@ -36,9 +36,15 @@ def fed_forward(found: GainDesign) -> np.ndarray:
     return exact_effort_nm(found.gains, way(OWN), way(OTHER))[0]
 
 
-@pytest.mark.parametrize("effect", CURED)
-def test_feed_forward_is_the_effort_that_the_effect_takes(effect: str) -> None:
-    values, share = CURED[effect]
+EVERY = [(effect, values, share) for effect, (values, share) in CURED.items()]
+BENT = ("asymmetric_friction", {"difference": 0.3, "bend": -0.1}, 0.02)
+"""It fits in no field, and is sampled over the speed."""
+
+
+@pytest.mark.parametrize(("effect", "values", "share"), [*EVERY, BENT])
+def test_feed_forward_is_the_effort_that_the_effect_takes(
+    effect: str, values: dict[str, float], share: float
+) -> None:
     models = axis(term(effect, values)), axis()
     found, plain = (design(model, HARDWARE) for model in models)
     assert [used.effect for used in found.used] == [effect]
