@@ -41,7 +41,7 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     """Reasons against terms tied to time that friction at a stop may imitate.
 
     A term is doubtful where half of its energy acts while the axis may be held; where it is shorter
-    than the band resolves, and any of it does.
+    than the band resolves, and any of it does. Those that overlap are one.
 
     Parameters
     ----------
@@ -54,18 +54,17 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
         Places are those of `model.terms`.
     """
     most, travel = most_friction(model), held_travel(model)
-    doubts = {}
-    for k, t in enumerate(model.terms):
-        if not tied_to_time(t):
-            continue
-        efforts = [np.abs(_of_term(s, model, k)) for s in data.segments]
+    doubts: dict[int, str] = {}
+    for event in chain.from_iterable(overlapping(model).values()):
+        efforts = [np.abs(sum(_of_term(s, model, k) for k in event)) for s in data.segments]
         largest = max(float(np.max(effort)) for effort in efforts)
         held = any(
             _held_while(s, effort * s.direction_weight[:: s.stride], travel)
             for s, effort in zip(data.segments, efforts, strict=True)
         )
         if held and largest <= most:
-            doubts[k] = "it acts while the axis stands or nearly stops, and friction may do as much"
+            reason = "it acts while the axis stands or nearly stops, and friction may do as much"
+            doubts |= dict.fromkeys(event, reason)
     return doubts
 
 
