@@ -16,7 +16,7 @@ from edge_ident.signals.recording import Recording
 
 @dataclass(frozen=True)
 class AccountedFor:
-    """What effects account for in the effort of an axis, (N,) each.
+    """What effects account for in the effort of an axis.
 
     Attributes
     ----------

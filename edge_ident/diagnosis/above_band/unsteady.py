@@ -223,24 +223,28 @@ class Rest:
 
     def _power(self, low: float, high: float, averaged: int) -> tuple[Array, Array]:
         """Power (2, N) between two frequencies about each time, and that of the noise (2, 1)."""
-        count, whole = self.left.shape[1], fast_length(self.left.shape[1])
-        inside = self._inside(low, high)
-        passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), whole)[:, :count]
+        count, inside = self.left.shape[1], self._inside(low, high)
+        passed = np.fft.irfft(np.where(inside, self._spectrum, 0.0), self._length)[:, :count]
         window = np.hanning(averaged + 2)
         length = fast_length(count + len(window))
         spectrum = np.fft.rfft(np.vstack([passed**2, self.weight**2]), length)
         spectrum *= np.fft.rfft(window / np.sum(window), length)
         middle = len(window) // 2
         mean = np.fft.irfft(spectrum, length)[:, middle : middle + count]
-        noise = np.sum(self.density[:, inside], axis=1) / (whole * self.wide.period_s)
+        noise = np.sum(self.density[:, inside], axis=1) / (self._length * self.wide.period_s)
         return mean[:2] / np.maximum(mean[2], _KNOWN), noise[:, None]
 
     @cached_property
     def _spectrum(self) -> NDArray[np.complex128]:
-        return np.fft.rfft(self.left, fast_length(self.left.shape[1]))
+        return np.fft.rfft(self.left, self._length)
+
+    @property
+    def _length(self) -> int:
+        """Of the spectra: at least as long as what is left, and quick."""
+        return fast_length(self.left.shape[1])
 
     def _inside(self, low: float, high: float) -> NDArray[np.bool_]:
-        frequency_hz = _frequencies(fast_length(self.left.shape[1]), self.wide.period_s)
+        frequency_hz = _frequencies(self._length, self.wide.period_s)
         return np.asarray((frequency_hz >= low) & (frequency_hz < high))
 
     def _range_hz(self, parts: list[_HalfOctave]) -> tuple[float, float]:
@@ -251,7 +255,7 @@ class Rest:
         grown = np.maximum.accumulate(np.cumsum(power[inside]))
         ends = np.searchsorted(grown, np.array([_BEYOND, 1.0 - _BEYOND]) * grown[-1])
         places = np.flatnonzero(inside)[np.minimum(ends, len(grown) - 1)]
-        low, high = (places / (fast_length(self.left.shape[1]) * self.wide.period_s)).tolist()
+        low, high = (places / (self._length * self.wide.period_s)).tolist()
         return low, high
 
 

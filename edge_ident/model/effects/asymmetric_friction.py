@@ -23,7 +23,12 @@ class AsymmetricFriction(Effect):
             "difference", "{effort}*s/{position}", -1e9, 1e9, "viscous friction, forward over mean"
         ),
         Parameter(
-            "bend", "{effort}*s^2/{position}^2", -1e9, 1e9, "of it with the speed", default=0.0
+            "bend",
+            "{effort}*s^2/{position}^2",
+            -1e9,
+            1e9,
+            "how that changes with the speed",
+            default=0.0,
         ),
     )
 
