@@ -1,51 +1,15 @@
 """Compensation of known effects: their effort is subtracted before parameters are estimated."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from edge_ident.errors import ModelError
-from edge_ident.model.model import Array, AxisModel, Model, Term
+from edge_ident.estimation.compensated import CompensatedAxis
+from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.conditioning import Signals, condition, with_effort
 from edge_ident.signals.recording import Recording
 from edge_ident.support.words import listed
-
-# One axis whose effort is that of the base model alone.
-
-
-@dataclass(frozen=True)
-class CompensatedAxis:
-    """One axis, its effort compensated for known effects.
-
-    Attributes
-    ----------
-    signals : Signals
-        Their effort is that of the base model alone.
-    effects_effort : (N,) array
-        What the effects account for, filtered alike.
-    effects : tuple of Term
-    shift_s : float
-        From a row's stamp to the middle of the interval in which its effort acted.
-    position, effort : (N,) arrays
-        On the even grid, as recorded; the effort less what the actuator withheld.
-    effects_unfiltered : (N,) array
-        What the effects account for along the motion, in step with the position.
-    friction_line : (3,) array or None
-        Viscous friction, Coulomb friction and offset of the line through what the effects add to
-        the friction, over the samples in motion; None where they add nothing.
-    tied_to_time : tuple of str
-        Those of them that would act otherwise in a recording that begins later.
-    """
-
-    signals: Signals
-    effects_effort: Array
-    effects: tuple[Term, ...]
-    shift_s: float
-    position: Array
-    effort: Array
-    effects_unfiltered: Array
-    tied_to_time: tuple[str, ...] = ()
-    friction_line: Array | None = None
 
 
 def compensate_effects(
@@ -83,7 +47,7 @@ def compensate_effects(
     if model is None:
         return _conditioned(recording, name, (), recording.effort_shift_s - late_s, of_motion)
     # a sound axis has no use for the catalogue of effects
-    from edge_ident.estimation.known_effects import accounted_for, without_delay
+    from edge_ident.estimation.known_effects import subtracted, without_delay
 
     known = _known(model, recording, name)
     effects = known.terms[1:]
@@ -92,17 +56,7 @@ def compensate_effects(
     plain = _conditioned(recording, name, effects, shift_s, of_motion)
     if not acting:
         return plain
-    acting_axis = replace(known, terms=(known.terms[0], *acting))
-    made = accounted_for(acting_axis, recording, name, plain.signals, shift_s)
-    return replace(
-        plain,
-        signals=replace(plain.signals, effort=plain.signals.effort - made.filtered),
-        effects_effort=made.filtered,
-        effort=plain.effort - made.withheld,
-        effects_unfiltered=made.along_motion,
-        friction_line=made.friction_line,
-        tied_to_time=made.tied_to_time,
-    )
+    return subtracted(plain, replace(known, terms=(known.terms[0], *acting)), recording, name)
 
 
 def _conditioned(

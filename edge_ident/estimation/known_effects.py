@@ -1,9 +1,10 @@
 """What known effects account for along a measured motion, and an effort without it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from edge_ident.estimation.compensated import CompensatedAxis
 from edge_ident.estimation.least_squares import Columns
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import along_motion, inverse_effort, obeyed
@@ -14,57 +15,37 @@ from edge_ident.signals.filters import differentiate, lowpass
 from edge_ident.signals.recording import Recording
 
 
-@dataclass(frozen=True)
-class AccountedFor:
-    """What effects account for in the effort of an axis.
-
-    Attributes
-    ----------
-    filtered : (N,) array
-        As the effort is.
-    along_motion : (N,) array
-        Unfiltered, in step with the position, without what the actuator withheld.
-    withheld : (N,) array
-        In step with the recorded effort.
-    friction_line : (3,) array or None
-        Viscous friction, Coulomb friction and offset of the line through what the effects add to
-        the friction, over the samples in motion; None where they add nothing.
-    tied_to_time : tuple of str
-        Those of them that would act otherwise in a recording that begins later.
-    """
-
-    filtered: Array
-    along_motion: Array
-    withheld: Array
-    friction_line: Array | None
-    tied_to_time: tuple[str, ...]
-
-
-def accounted_for(
-    acting: AxisModel, recording: Recording, name: str, signals: Signals, shift_s: float
-) -> AccountedFor:
-    """What effects account for in the effort of one axis.
+def subtracted(
+    plain: CompensatedAxis, acting: AxisModel, recording: Recording, name: str
+) -> CompensatedAxis:
+    """An axis, its effort less what effects account for.
 
     Parameters
     ----------
+    plain : CompensatedAxis
+        With its effort in step, and nothing subtracted.
     acting : AxisModel
         The base term, and the effects that do more than make the effort column late.
     recording : Recording
     name : str
         Of the axis.
-    signals : Signals
-        Of the axis.
-    shift_s : float
-        From a row's stamp to the middle of the interval in which its effort acted.
     """
+    signals = plain.signals
     motion, others = _smooth_motions(acting, recording, name, signals)
-    withheld = _withheld(acting, signals.grid.resampled(recording.axes[name].effort))
+    withheld = _withheld(acting, plain.effort)
     added = _added(obeyed(acting), motion, others)
     filtered = lowpass(added, signals.cutoff_hz, signals.period_s)
-    filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=shift_s)
-    line = _friction_line(obeyed(acting), motion, others, signals)
-    tied = tuple(t.effect for t in acting.terms[1:] if named(t.effect).tied_to_time)
-    return AccountedFor(bridge(filtered, signals.moving), added, withheld, line, tied)
+    filtered += lowpass(withheld, signals.cutoff_hz, signals.period_s, delay_s=plain.shift_s)
+    effects_effort = bridge(filtered, signals.moving)
+    return replace(
+        plain,
+        signals=replace(signals, effort=signals.effort - effects_effort),
+        effects_effort=effects_effort,
+        effort=plain.effort - withheld,
+        effects_unfiltered=added,
+        friction_line=_friction_line(obeyed(acting), motion, others, signals),
+        tied_to_time=tuple(t.effect for t in plain.effects if named(t.effect).tied_to_time),
+    )
 
 
 def without_delay(effects: tuple[Term, ...]) -> tuple[float, tuple[Term, ...]]:

@@ -19,7 +19,8 @@ from edge_ident.diagnosis.measures import OUTLIER, worth_naming
 from edge_ident.diagnosis.prepare import bandwidth
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.errors import DataError
-from edge_ident.estimation import compensation, effort_checks, least_squares, trust
+from edge_ident.estimation import effort_checks, least_squares, trust
+from edge_ident.estimation.compensated import CompensatedAxis
 from edge_ident.model.model import PARAMETERS, Estimate, Term, regressor_rows
 from edge_ident.model.motion import Array, Motion
 from edge_ident.signals import conditioning, metrics, timing
@@ -75,7 +76,7 @@ class ComparedSignals:
     noise: tuple[float, float]
 
     @classmethod
-    def of(cls, axis: compensation.CompensatedAxis) -> "ComparedSignals":
+    def of(cls, axis: CompensatedAxis) -> "ComparedSignals":
         """Filter an axis."""
         signals, recorded_s = axis.signals, axis.signals.recorded_period_s
         count, noise = signals.encoder_count, signals.position_noise
@@ -128,7 +129,7 @@ class ComparedSignals:
         far_off = np.abs(left) > OUTLIER * metrics.rms(later.residual)
         return worth_naming(left[far_off], self.effort)
 
-    def with_effort(self, axis: compensation.CompensatedAxis) -> "ComparedSignals":
+    def with_effort(self, axis: CompensatedAxis) -> "ComparedSignals":
         """The same motion with the effort of an axis that was compensated or shifted otherwise."""
         effort, rate = _effort(axis, self.band, self.weight, self.period_s, self.samples)
         return replace(self, effort=effort, rates=np.column_stack([self.rates[:, :2], rate]))
@@ -202,7 +203,7 @@ def _remember(effects: tuple[Term, ...]) -> bool:
     return remembers(effects)
 
 
-def _band(axis: compensation.CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
+def _band(axis: CompensatedAxis, noise: float) -> tuple[bandwidth.Band, float]:
     """The band in which noise is balanced, and the power density of the effort's own noise."""
     signals, sampling = axis.signals, axis.signals.sampling
     period_s, widest_hz = signals.recorded_period_s, signals.cutoff_hz
@@ -219,7 +220,7 @@ def _band(axis: compensation.CompensatedAxis, noise: float) -> tuple[bandwidth.B
 
 
 def _effort(
-    axis: compensation.CompensatedAxis,
+    axis: CompensatedAxis,
     band: bandwidth.Band,
     weight: Array,
     period_s: float,
@@ -281,7 +282,7 @@ _NEARBY: Final = 128  # samples beside a reversal that are looked at first, befo
 
 
 def direction_unknown(
-    axis: compensation.CompensatedAxis, velocity: Array, noise: float, stride: int
+    axis: CompensatedAxis, velocity: Array, noise: float, stride: int
 ) -> NDArray[np.bool_]:
     """Samples, every stride-th, in standstills or within the encoder noise of a reversal."""
     position = np.ascontiguousarray(axis.position[::stride])

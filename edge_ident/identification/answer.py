@@ -22,7 +22,8 @@ import numpy as np
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.errors import DataError
 from edge_ident.estimation import trust
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensated import CompensatedAxis
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.effort_checks import UNRELATED, check_effort, regime_spread, regimes
 from edge_ident.estimation.least_squares import Columns, EstimationPart
 from edge_ident.identification.adequacy import Adequacy, ComparedSignals

@@ -16,7 +16,8 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.bandwidth import white_noise
 from edge_ident.errors import DataError
 from edge_ident.estimation import least_squares
-from edge_ident.estimation.compensation import CompensatedAxis, compensate_effects
+from edge_ident.estimation.compensated import CompensatedAxis
+from edge_ident.estimation.compensation import compensate_effects
 from edge_ident.estimation.image import Subsampled, align
 from edge_ident.estimation.least_squares import EstimationPart
 from edge_ident.estimation.network import Network, given_network

@@ -141,11 +141,12 @@ class Library:
         if not subspace.adds_up or np.linalg.cond(turned) > _TOLD_APART:
             found = self._times(np.hstack([left, basis]))
             return found[:, 0], found[:, 1:]
-        columns = {column.tobytes(): column for column in unit.T}
-        new = [key for key in columns if key not in self.products]
-        found = self._times(np.hstack([left, *(columns[key][:, None] for key in new)]))
+        keys = [column.tobytes() for column in unit.T]
+        each = zip(keys, unit.T, strict=True)
+        new = {key: column for key, column in each if key not in self.products}
+        found = self._times(np.column_stack([left, *new.values()]))
         self.products.update(zip(new, found[:, 1:].T.copy(), strict=True))
-        known = np.stack([self.products[column.tobytes()] for column in unit.T], axis=1)
+        known = np.stack([self.products[key] for key in keys], axis=1)
         return found[:, 0], np.asarray(known @ np.linalg.pinv(turned))
 
     def _times(self, columns: Array) -> Array:

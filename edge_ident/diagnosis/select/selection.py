@@ -152,9 +152,10 @@ def grown_model(data: AxisData, template: AxisModel, before: Selected | None = N
     template : AxisModel
         The axis with what it is known to have.
     before : Selected, optional
-        On the same motion, with an effort that may have been moved since then.
+        On the same motion, with an effort that was moved since then.
     """
-    search, start = _search(data, template, before)
+    start = fitted_base(data, template)
+    search = Search.of(data, template, start, before.search if before else None)
     model = _grown(search, start)
     samples = independent_samples(data, model)
     if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
@@ -166,7 +167,9 @@ def grown_model(data: AxisData, template: AxisModel, before: Selected | None = N
 
 def moved_model(data: AxisData, before: Selected) -> Selected:
     """What was added before, beside an effort that was moved since then."""
-    search, start = _search(data, before.start.template, before)
+    template = before.start.template
+    start = fitted_base(data, template)
+    search = Search.of(data, template, start, before.search)
     model = polished(search, search.fit(start.base, before.supported.model.terms))
     samples = min(search.criterion.samples, independent_samples(data, model))
     return _unsettled(search.with_samples(samples), start, model)
@@ -183,16 +186,6 @@ def settled_model(grown: Selected) -> Selected:
 def selected_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
     """Select a model of an axis; for the parameters see `grown_model`."""
     return settled_model(grown_model(data, template, before))
-
-
-def _search(
-    data: AxisData, template: AxisModel, before: Selected | None
-) -> tuple[Search, FittedModel]:
-    """A search in some data, and the base model."""
-    start, search = fitted_base(data, template), before.search if before else None
-    if search is None or search.data is not data:
-        search = Search.of(data, template, start, search)
-    return search, start
 
 
 def _unsettled(search: Search, start: FittedModel, model: FittedModel) -> Selected:
