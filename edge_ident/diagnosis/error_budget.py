@@ -80,11 +80,14 @@ class AgreeingCurve:
         With its band.
     share : float
         Rms of its effort beyond the base model, over that of the whole effort.
+    freedom : float
+        Its effective degrees of freedom.
     """
 
     term: Term
     curve: BudgetCurve
     share: float
+    freedom: float
 
     def document(self) -> dict[str, Any]:
         """For scripts."""

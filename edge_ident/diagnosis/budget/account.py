@@ -300,7 +300,7 @@ class Account:
                 self._scaled(k) * self.model.coefficients[self.model.place(k)]
             )
             share = float(np.sqrt(np.mean(self._parts[k] ** 2))) / effort
-            found.append(AgreeingCurve(term, self._curve(k), share))
+            found.append(AgreeingCurve(term, self._curve(k), share, self.model.freedom(k)))
         return tuple(sorted(found, key=lambda curve: -curve.share))
 
     def _scaled(self, k: int) -> Array:

@@ -5,6 +5,7 @@ each quarter of the time is predicted from the rest, which is as near to another
 recording comes: on real machines, curves that failed this made other recordings worse.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -19,6 +20,7 @@ from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
+from edge_ident.diagnosis.select.search import samples_of_unknown
 from edge_ident.model.inverse import left_by_terms
 from edge_ident.model.model import AxisModel
 
@@ -32,8 +34,8 @@ _TESTED: Final = 2
 def curves_beside(
     data: AxisData, model: FittedModel, floor: NoiseFloor
 ) -> tuple[AgreeingCurve, ...]:
-    """Curves of what a model misses of prepared recordings that hold in every part of them, and
-    leave a physical axis; found once.
+    """Curves of what a model misses of prepared recordings that hold in every part of them, leave a
+    physical axis, and say more than something unknown; found once.
 
     Parameters
     ----------
@@ -44,11 +46,12 @@ def curves_beside(
     """
     key = (curves_beside, model.key)
     if key not in data.results:
+        what = missed(data, model, floor, model.axis.units, {})
         found = [
             replace(curve, term=replace(curve.term, supported=data.supported))
-            for curve in agreeing_curves(missed(data, model, floor, model.axis.units, {}))
+            for curve in agreeing_curves(what)
         ]
-        while found and not _fits(model, fitted_beside(data, model, found)):
+        while found and not _fits(data, model, found, len(what.curves)):
             found = found[:-1]
         data.results[key] = tuple(found)
     kept: tuple[AgreeingCurve, ...] = data.results[key]
@@ -67,9 +70,18 @@ def with_curves_known(template: AxisModel, curves: Sequence[AgreeingCurve]) -> A
     return replace(template, terms=(*template.terms, *(curve.term for curve in curves)))
 
 
-def _fits(model: FittedModel, extended: FittedModel) -> bool:
-    """Whether curves leave a physical axis, and its bounds do not undo what they gain."""
-    return left_by_terms(extended.axis).physical and extended.error < model.error
+def _fits(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve], tried: int) -> bool:
+    """Whether curves leave a physical axis, and gain more inside its bounds than they are charged.
+
+    Along one path, curves over the positions of several axes describe any effort. So what they gain
+    counts as often as what the model misses has independent samples.
+    """
+    extended = fitted_beside(data, model, curves)
+    samples = samples_of_unknown(data, model)
+    charged = sum(curve.freedom for curve in curves) * math.log(samples)
+    charged += 2.0 * len(curves) * math.log(tried)
+    gain = samples * math.log(model.error / extended.error)
+    return gain > charged and left_by_terms(extended.axis).physical
 
 
 def agreeing_curves(what: Missed) -> tuple[AgreeingCurve, ...]:

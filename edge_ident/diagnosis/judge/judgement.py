@@ -21,6 +21,7 @@ from edge_ident.diagnosis.judge.causes import causes, strongest_first
 from edge_ident.diagnosis.judge.causes_in_time import imitated, recurring
 from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.halves import decide_halves
+from edge_ident.diagnosis.judge.unknown import unknown_instead
 from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
@@ -98,6 +99,8 @@ def judge(
     doubts |= curves_instead(search, selected.model, floor)
     assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
+    doubts |= unknown_instead(assessed, kept)
+    kept = [k for k in kept if k not in doubts]
     beside = assessed.beside_curves(assessed.fitted(kept))
     before = None
     while kept != before:  # beside the others more is left unexplained then

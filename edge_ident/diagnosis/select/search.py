@@ -291,6 +291,27 @@ def independent_samples(data: AxisData, fitted: FittedModel) -> float:
     return count / spread
 
 
+def samples_of_unknown(data: AxisData, fitted: FittedModel) -> float:
+    """Number of independent samples of an unknown effort that does what a model misses, at least.
+
+    Bartlett's formula over all lags, less what white noise adds to it: where a motion repeats, so
+    does all that depends on it, and a repetition says nothing new. What a coloured series has in
+    common with itself by chance counts, too: that makes the number up to three times smaller.
+    """
+    residual = np.where(data.valid, data.effort - fitted.predicted, 0.0)
+    pairs = np.maximum(_lagged_products(data.valid.astype(np.float64)), 1.0)
+    count, power = float(np.count_nonzero(data.valid)), float(residual @ residual)
+    correlation = _lagged_products(residual) / pairs * (count / max(power, _TINY))
+    spread = 2.0 * float(np.sum((pairs * correlation**2 - 1.0)[1:])) / count
+    return count / max(1.0 + spread, 1.0)
+
+
+def _lagged_products(signal: Array) -> Array:
+    """Products (n,) of a signal (n,) with itself so many samples later."""
+    power = np.abs(np.fft.rfft(signal, 2 * len(signal))) ** 2
+    return np.asarray(np.fft.irfft(power, 2 * len(signal))[: len(signal)])
+
+
 def _count(grid: Grid) -> int:
     """Points of a grid; one of a form without any, and where there are none to try."""
     return max((len(array) for array in grid.values()), default=1) or 1

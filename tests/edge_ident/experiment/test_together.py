@@ -128,7 +128,7 @@ def test_an_axis_with_curves_in_its_model_stays_partly_explained_without_such_li
 ) -> None:
     """The base model was not adequate: curves account for what no cause names."""
     bent = left(hand_made.axis(Verdict.PARTLY_EXPLAINED), 0.001)
-    bent = replace(bent, cutoff_hz=2.0, curves=(AgreeingCurve(UNEVEN, BEND, 0.05),))
+    bent = replace(bent, cutoff_hz=2.0, curves=(AgreeingCurve(UNEVEN, BEND, 0.05, 4.0),))
     diagnosed[2] = replace(bent, lines=(line(3.0),))
     assert judge(bent).verdict is Verdict.PARTLY_EXPLAINED
     assert judge(bent).lines == ()

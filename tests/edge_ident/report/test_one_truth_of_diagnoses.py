@@ -33,6 +33,7 @@ CURVE: Final = AgreeingCurve(
         unit="N*m", coordinate_unit="rad/s",
     ),
     share=0.02,
+    freedom=4.0,
 )  # fmt: skip
 
 
