@@ -71,17 +71,21 @@ def with_curves_known(template: AxisModel, curves: Sequence[AgreeingCurve]) -> A
 
 
 def _fits(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve], tried: int) -> bool:
-    """Whether curves leave a physical axis, and gain more inside its bounds than they are charged.
+    """Whether curves leave a physical axis, its bounds do not undo what they gain, and that is more
+    than something unknown would.
 
-    Along one path, curves over the positions of several axes describe any effort. So what they gain
+    Along one path, curves over the positions of other axes describe any effort. So what they gain
     counts as often as what the model misses has independent samples.
     """
     extended = fitted_beside(data, model, curves)
+    if not left_by_terms(extended.axis).physical or extended.error >= model.error:
+        return False
+    if all(curve.term.source_axis is None for curve in curves):
+        return True
     samples = samples_of_unknown(data, model)
     charged = sum(curve.freedom for curve in curves) * math.log(samples)
     charged += 2.0 * len(curves) * math.log(tried)
-    gain = samples * math.log(model.error / extended.error)
-    return gain > charged and left_by_terms(extended.axis).physical
+    return samples * math.log(model.error / extended.error) > charged
 
 
 def agreeing_curves(what: Missed) -> tuple[AgreeingCurve, ...]:
