@@ -4,9 +4,9 @@ Each arm moves along two paths, and each path twice. Its efforts follow from New
 of what one joint feels of the others has no law in the catalogue. A model of one path is scored on
 the other as in `tools.real_machines`; a name that does not hold there harms.
 
-    python -m tools.arms                                two arms, two seeds, two amplitudes
-    python -m tools.arms --seeds 5,6 --output ARMS      every score as a line of JSON
-    python -m tools.real_machines --compare OLD NEW     two of these, case by case
+    python -m tools.arms                          two arms, two seeds, two amplitudes
+    python -m tools.arms --seeds 7,8 --output F   others; every score is a line of JSON
+    python -m tools.real_machines --compare tools/real_machines/frozen_arms.jsonl runs/arms.jsonl
 """
 
 import os
