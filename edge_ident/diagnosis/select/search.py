@@ -303,7 +303,7 @@ def samples_of_unknown(data: AxisData, fitted: FittedModel) -> float:
     count, power = float(np.count_nonzero(data.valid)), float(residual @ residual)
     correlation = _lagged_products(residual) / pairs * (count / max(power, _TINY))
     spread = 2.0 * float(np.sum((pairs * correlation**2 - 1.0)[1:])) / count
-    return count / max(1.0 + spread, 1.0)
+    return max(count / max(1.0 + spread, 1.0), 1.0)
 
 
 def _lagged_products(signal: Array) -> Array:
