@@ -20,7 +20,7 @@ from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.prepare.axis_data import AxisData
-from edge_ident.diagnosis.select.search import samples_of_unknown
+from edge_ident.diagnosis.select.search import many_other_laws, samples_of_unknown
 from edge_ident.model.inverse import left_by_terms
 from edge_ident.model.model import AxisModel
 
@@ -74,13 +74,14 @@ def _fits(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve], t
     """Whether curves leave a physical axis, its bounds do not undo what they gain, and that is more
     than something unknown would.
 
-    Along one path, curves over the positions of other axes describe any effort. So what they gain
-    counts as often as what the model misses has independent samples.
+    Along one path, curves over the positions of several other axes describe any effort. So what
+    they gain counts as often as what the model misses has independent samples.
     """
     extended = fitted_beside(data, model, curves)
     if not left_by_terms(extended.axis).physical or extended.error >= model.error:
         return False
-    if all(curve.term.source_axis is None for curve in curves):
+    coupled = any(curve.term.source_axis is not None for curve in curves)
+    if not coupled or not many_other_laws(data):
         return True
     samples = samples_of_unknown(data, model)
     charged = sum(curve.freedom for curve in curves) * math.log(samples)

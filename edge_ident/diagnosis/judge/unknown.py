@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from edge_ident.diagnosis.judge.assessment import Assessment
 from edge_ident.diagnosis.select.acceptance import separable
-from edge_ident.diagnosis.select.search import samples_of_unknown
+from edge_ident.diagnosis.select.search import many_other_laws, samples_of_unknown
 
 
 def unknown_instead(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]:
@@ -29,10 +29,11 @@ def unknown_instead(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]
         Places are those of `assessed.model.terms`.
     """
     doubts: dict[int, str] = {}
-    coupled = [k for k in kept if assessed.model.terms[k].candidate.source is not None]
-    if not coupled:
+    data, terms = assessed.search.data, assessed.model.terms
+    coupled = [k for k in kept if terms[k].candidate.source is not None]
+    if not coupled or not many_other_laws(data):
         return doubts
-    samples = samples_of_unknown(assessed.search.data, assessed.start)
+    samples = samples_of_unknown(data, assessed.start)
     few = assessed.search.with_samples(samples)
 
     def value(places: Sequence[int]) -> float:

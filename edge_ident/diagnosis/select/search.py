@@ -291,6 +291,11 @@ def independent_samples(data: AxisData, fitted: FittedModel) -> float:
     return count / spread
 
 
+def many_other_laws(data: AxisData) -> bool:
+    """Whether several other axes move: along one path, a few of their laws describe any effort."""
+    return len(data.other_axes) > 1
+
+
 def samples_of_unknown(data: AxisData, fitted: FittedModel) -> float:
     """Number of independent samples of an unknown effort that does what a model misses, at least.
 
