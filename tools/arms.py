@@ -39,6 +39,8 @@ AMPLITUDES_RAD: Final = (1.0, 0.5)
 COUNT_RAD: Final = 2e-5
 NOISE: Final = 0.02
 """Of the effort's rms."""
+GYRATION_M2: Final = 0.02
+"""Inertia of a link about its centre, over its mass."""
 GRAVITY: Final = np.array([0.0, 0.0, 9.81])
 REST_RAD: Final = np.array([0.0, -1.2, 1.0, -0.8, 0.5, 0.0])
 """About which the joints move."""
@@ -164,7 +166,8 @@ def _path(rng: np.random.Generator, time_s: Array) -> Array:
 def moments(arm: Arm, angles: Array, rng: np.random.Generator) -> Array:
     """Moments (6, N) about the joints that carry and accelerate the links.
 
-    Newton's and Euler's laws in the frame of the base; derivatives are differences.
+    Newton's and Euler's laws in the frame of the base; derivatives are differences. Source:
+    Siciliano et al., Robotics (2009), sec. 7.5.
 
     Parameters
     ----------
@@ -188,7 +191,7 @@ def moments(arm: Arm, angles: Array, rng: np.random.Generator) -> Array:
         frame = frame @ _turn(angles[k], arm.twists[k])
         places.append(origin + frame @ arm.centres[k])
         forces.append(arm.masses[k] * (_derivative(_derivative(places[k])) + GRAVITY))
-        inertia = 0.02 * arm.masses[k] * rng.uniform(0.6, 1.4, 3)
+        inertia = GYRATION_M2 * arm.masses[k] * rng.uniform(0.6, 1.4, 3)
         spin = np.einsum("nij,j,nkj,nk->ni", frame, inertia, frame, turning)
         spins.append(_derivative(spin))
     found = []
@@ -215,7 +218,7 @@ def _arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument(
-        "--seeds", type=lambda text: [int(s) for s in text.split(",")], default=[1, 2]
+        "--seeds", type=lambda text: [int(s) for s in text.split(",")], default=[5, 6]
     )
     parser.add_argument("--output", type=Path, default=Path("runs/arms.jsonl"))
     return parser.parse_args()
