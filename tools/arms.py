@@ -26,10 +26,13 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from edge_ident.signals.recording import AxisRecord, Recording
-from tools.real_machines.scores import Score, scores
+from tools.real_machines.scores import kept_scores
 from tools.real_machines.tables import print_scores
 
 Array = NDArray[np.float64]
+
+# Scores of the last run; git ignores it.
+_OUTPUT: Final = Path(__file__).parents[1] / "runs" / "arms.jsonl"
 
 PERIOD_S: Final = 0.008
 PATH_S: Final = 10.0
@@ -101,27 +104,21 @@ ARMS: Final = {
 def main() -> int:
     """Score the arms and print the table; 0."""
     given = _arguments()
-    given.output.parent.mkdir(parents=True, exist_ok=True)
-    with given.output.open("w", encoding="utf-8") as file:
-        found = []
-        for score in _every(given.seeds):
-            found.append(score)
-            print(score.line(), file=file, flush=True)
-            print(f"{score.pair}, axis {score.axis}", file=sys.stderr)
     console = Console(width=180, highlight=False)
-    print_scores(found, console)
+    print_scores(kept_scores(_paths(given.seeds), given.output), console)
     console.print(f"every score: {given.output}")
     return 0
 
 
-def _every(seeds: Sequence[int]) -> Iterator[Score]:
+def _paths(seeds: Sequence[int]) -> Iterator[tuple[str, Recording, Recording]]:
+    """Each arm along two paths."""
     for name, arm in ARMS.items():
         for seed in seeds:
             for amplitude in AMPLITUDES_RAD:
                 first, second = (
                     recorded(arm, seed, path, amplitude) for path in (2 * seed, 2 * seed + 1)
                 )
-                yield from scores(f"{name}, {seed}, {amplitude} rad", first, second)
+                yield f"{name}, {seed}, {amplitude} rad", first, second
 
 
 def recorded(arm: Arm, seed: int, path: int, amplitude: float) -> Recording:
@@ -220,7 +217,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--seeds", type=lambda text: [int(s) for s in text.split(",")], default=[5, 6]
     )
-    parser.add_argument("--output", type=Path, default=Path("runs/arms.jsonl"))
+    parser.add_argument("--output", type=Path, default=_OUTPUT)
     return parser.parse_args()
 
 

@@ -30,7 +30,7 @@ from typing import Final
 from rich.console import Console
 
 from tools.real_machines.pairs import Pair, pair_of, pairs_in
-from tools.real_machines.scores import Score, scores
+from tools.real_machines.scores import Score, kept_scores
 from tools.real_machines.tables import compare_scores, print_scores
 
 # Scores of the last run; git ignores it.
@@ -49,7 +49,8 @@ def main() -> int:
         return compare_scores(old, new, console)
     pairs = _pairs(given.folder, given.pair)
     wanted = [p for p in pairs if not given.only or any(n in p.name for n in given.only)]
-    print_scores(_scored(wanted, given.output), console)
+    runs = (direction for pair in wanted for direction in pair.directions)
+    print_scores(kept_scores(runs, given.output), console)
     console.print(f"every score: {given.output}")
     return 0
 
@@ -66,20 +67,6 @@ def _pairs(folder: Path, pair: Sequence[Path] | None) -> Iterator[Pair]:
     if made is None:
         raise SystemExit("the two recordings have other axes or other units")
     yield made
-
-
-def _scored(pairs: Sequence[Pair], output: Path) -> list[Score]:
-    """Scores of all pairs; each is in the file as soon as it is known."""
-    found = []
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with output.open("w", encoding="utf-8") as file:
-        for pair in pairs:
-            for label, fitted, other in pair.directions:
-                for score in scores(label, fitted, other):
-                    found.append(score)
-                    print(score.line(), file=file, flush=True)
-                    print(f"{score.pair}, axis {score.axis}", file=sys.stderr)
-    return found
 
 
 def _arguments() -> argparse.Namespace:

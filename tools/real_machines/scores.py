@@ -1,7 +1,10 @@
 """A model of one recording, scored on another of the same machine."""
 
 import json
+import sys
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, Final, Self
 
 import numpy as np
@@ -85,6 +88,19 @@ class Score:
         for key in ("causes", "suspected", "minor"):
             values[key] = tuple(values[key])
         return cls(**values)
+
+
+def kept_scores(runs: Iterable[tuple[str, Recording, Recording]], output: Path) -> list[Score]:
+    """Scores of labelled pairs of recordings; each is in the file as soon as it is known."""
+    found = []
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with output.open("w", encoding="utf-8") as file:
+        for label, fitted, other in runs:
+            for score in scores(label, fitted, other):
+                found.append(score)
+                print(score.line(), file=file, flush=True)
+                print(f"{score.pair}, axis {score.axis}", file=sys.stderr)
+    return found
 
 
 def scores(label: str, fitted: Recording, other: Recording) -> list[Score]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.budget.account import Account, Missed, fitted_curves, missed
 from edge_ident.diagnosis.budget.curves import HISTORY, LOAD, TIME, Curve
-from edge_ident.diagnosis.budget.smoothing import Products, fitted
+from edge_ident.diagnosis.budget.smoothing import Products, charge, fitted
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.fitting import FittedModel, fit
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
@@ -84,8 +84,7 @@ def _fits(data: AxisData, model: FittedModel, curves: Sequence[AgreeingCurve], t
     if not coupled or not many_other_laws(data):
         return True
     samples = samples_of_unknown(data, model)
-    charged = sum(curve.freedom for curve in curves) * math.log(samples)
-    charged += 2.0 * len(curves) * math.log(tried)
+    charged = sum(charge(curve.freedom, tried, samples) for curve in curves)
     return samples * math.log(model.error / extended.error) > charged
 
 

@@ -229,6 +229,12 @@ class Fit:
         return found
 
 
+def charge(freedom: float, tried: int, samples: float) -> float:
+    """What a curve costs, in units of the criterion of laws: its degrees of freedom beside so many
+    independent samples, and the curves that were tried."""
+    return freedom * math.log(samples) + 2.0 * math.log(tried)
+
+
 def fitted(products: Products, curves: Sequence[int], start: Fit | None = None) -> Fit:
     """Fit base and some curves, sizes by restricted likelihood.
 

@@ -239,11 +239,17 @@ def _period(segment: Segment) -> int | None:
 
 def _lags(position: Array, samples: int) -> NDArray[np.intp]:
     """Peaks of the autocorrelation, between a twentieth and three quarters of the record."""
-    spectrum = np.fft.rfft(position - np.mean(position), fast_length(2 * samples))
-    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:samples] / np.arange(samples, 0, -1)
+    correlation = lagged_products(position - np.mean(position)) / np.arange(samples, 0, -1)
     rises = np.diff(correlation) > 0.0
     peaks = np.flatnonzero(rises[:-1] & ~rises[1:]) + 1
     peaks = peaks[(peaks > _LOWEST_SHARE * samples) & (peaks < 0.75 * samples)]
     # with few laps the peaks lie a little beside the period
     nearby = [np.arange(int(0.97 * peak), int(1.03 * peak) + 1) for peak in peaks[:_PEAKS]]
     return np.unique(np.concatenate(nearby)) if nearby else peaks
+
+
+def lagged_products(signal: Array) -> Array:
+    """Products (N,) of a signal (N,) with itself so many samples later."""
+    size = fast_length(2 * len(signal))
+    power = np.abs(np.fft.rfft(signal, size)) ** 2
+    return np.asarray(np.fft.irfft(power, size)[: len(signal)])

@@ -10,7 +10,6 @@ curve may be the law: friction along the stroke is that in any shape, and a curv
 over speed is Stribeck friction where that law alone explains most of what the curve does.
 """
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.budget.account import ALIKE, imitation, missed, products_of
 from edge_ident.diagnosis.budget.curves import Curve
-from edge_ident.diagnosis.budget.smoothing import fitted
+from edge_ident.diagnosis.budget.smoothing import charge, fitted
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, term_effort
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
@@ -110,8 +109,7 @@ def _fitted(
     for number in curves:
         fit = fitted(products, (number,))
         left = rest.scale**2 * float(np.sum((products.signal - fit.predicted) ** 2))
-        charged = fit.freedom(number) * math.log(criterion.samples)
-        charged += 2.0 * math.log(len(rest.curves))
+        charged = charge(fit.freedom(number), len(rest.curves), criterion.samples)
         gain = of_laws - criterion.misfit(left + off) - charged
         yield _Instead(rest.curves[number], gain, left, others.error)
 

@@ -32,7 +32,7 @@ from edge_ident.diagnosis.fit.library import (
     ignored_command_penalty,
 )
 from edge_ident.diagnosis.fit.linear import solve
-from edge_ident.diagnosis.fit.noise_floor import noise_floor
+from edge_ident.diagnosis.fit.noise_floor import lagged_products, noise_floor
 from edge_ident.diagnosis.fit.refinement import Refinements, rows_beside, scored_late
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import (
@@ -304,17 +304,11 @@ def samples_of_unknown(data: AxisData, fitted: FittedModel) -> float:
     common with itself by chance counts, too: that makes the number up to three times smaller.
     """
     residual = np.where(data.valid, data.effort - fitted.predicted, 0.0)
-    pairs = np.maximum(_lagged_products(data.valid.astype(np.float64)), 1.0)
+    pairs = np.maximum(lagged_products(data.valid.astype(np.float64)), 1.0)
     count, power = float(np.count_nonzero(data.valid)), float(residual @ residual)
-    correlation = _lagged_products(residual) / pairs * (count / max(power, _TINY))
+    correlation = lagged_products(residual) / pairs * (count / max(power, _TINY))
     spread = 2.0 * float(np.sum((pairs * correlation**2 - 1.0)[1:])) / count
     return max(count / max(1.0 + spread, 1.0), 1.0)
-
-
-def _lagged_products(signal: Array) -> Array:
-    """Products (n,) of a signal (n,) with itself so many samples later."""
-    power = np.abs(np.fft.rfft(signal, 2 * len(signal))) ** 2
-    return np.asarray(np.fft.irfft(power, 2 * len(signal))[: len(signal)])
 
 
 def _count(grid: Grid) -> int:
