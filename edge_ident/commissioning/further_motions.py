@@ -165,7 +165,9 @@ def lines_in_doubt(found: Identification) -> dict[str, tuple[str, ...]]:
             continue
         strongest = sorted(diagnosis.lines, key=lambda line: -line.amplitude)[:_TOLD]
         if strongest:
-            said[name] = (f"the origin of {listed(list(map(spoken_line, strongest)))}",)
+            unit = diagnosis.model.effort_unit
+            lines = listed(spoken_line(line, unit) for line in strongest)
+            said[name] = (f"the origin of {lines}",)
     return said
 
 

@@ -23,56 +23,66 @@ def percent(share: float) -> str:
 
 
 def verdict_sentence(axis: AxisDiagnosis) -> str:
-    """The verdict with its numbers, external vibrations, and a selection that did not converge."""
+    """The verdict, and by what."""
+    said = _found(axis)
     if axis.verdict is Verdict.PARTLY_EXPLAINED:
-        share = f"{100.0 * axis.explained_share:.0f} %"
-        return f"partly explained, {share} of what the base model misses: {findings_sentence(axis)}"
-    word = f"{axis.verdict}: " if axis.verdict is Verdict.UNEXPLAINED else ""
-    return word + findings_sentence(axis)
+        return f"partly explained, {said}"
+    return f"{axis.verdict}: {said}" if axis.verdict is Verdict.UNEXPLAINED else said
 
 
-def diagnosed_sentence(axis: AxisDiagnosis) -> str:
-    """The verdict, what the recordings do not tell from its causes, and what is suspected."""
-    said = [verdict_sentence(axis)]
+def facts(axis: AxisDiagnosis) -> list[str]:
+    """What else is known of an axis: the residual, what has no name, and what was not looked at."""
+    said = [_residual(axis)]
+    if axis.verdict is Verdict.UNEXPLAINED and axis.lines and _leaves_noise(axis):
+        said.append("what is left in the band is noise")
+    elif axis.verdict is Verdict.UNEXPLAINED and _elsewhere(axis):
+        said.append("what is left here is noise, but not what is left of the other recording")
+    said += [
+        f"no law of the catalogue describes {c}; the model has it as a curve" for c in axis.curves
+    ]
+    if axis.external_vibrations:
+        said.append(f"an external vibration acts on it: {listed(spoken_vibrations(axis))}")
+    if axis.lines:
+        lines = listed(spoken_line(line, axis.model.effort_unit) for line in axis.lines[:3])
+        said.append(f"above the band, no effect explains {lines}")
+    if axis.share_in_band < _WHOLE:
+        said.append(
+            f"above {axis.cutoff_hz:.3g} Hz, where {percent(1.0 - axis.share_in_band)} of the "
+            "effort's variance lies, nothing but sinusoids was looked for"
+        )
+    if not axis.converged:
+        said.append("the selection of causes did not converge, so none is named")
+    return said
+
+
+def doubts(axis: AxisDiagnosis) -> list[str]:
+    """What the recordings do not tell from the causes of an axis, and what is suspected."""
+    said = []
     for cause in axis.causes:
         if others := [spoken(other.effect) for other in cause.inseparable]:
             this = spoken(cause.term.effect)
             said.append(f"the recordings do not tell {this} from {listed(others)}")
     if suspected := [spoken(cause.term.effect) for cause in axis.suspected]:
         said.append(f"suspected only: {listed(dict.fromkeys(suspected))}")
-    return "; ".join(dict.fromkeys(said))  # two orders of ripple may have the same rivals
+    return list(dict.fromkeys(said))  # two orders of ripple may have the same rivals
 
 
 def findings_sentence(axis: AxisDiagnosis) -> str:
-    """What was found of an axis, with its numbers; an unexplained one is not called so again."""
-    parts = [_verdict(axis)]
-    if axis.external_vibrations:
-        parts.append(f"an external vibration acts on it: {listed(spoken_vibrations(axis))}")
-    if axis.lines:
-        parts.append(
-            f"no effect explains, above the band, {listed(map(spoken_line, axis.lines[:3]))}"
-        )
-    if axis.share_in_band < _WHOLE:
-        parts.append(
-            f"above {axis.cutoff_hz:.3g} Hz, where {percent(1.0 - axis.share_in_band)} of the "
-            "effort's variance lies, nothing but sinusoids was looked for"
-        )
-    if not axis.converged:
-        parts.append("the selection of causes did not converge, so none is named")
-    return "; ".join(parts)
+    """What was found of an axis, where its verdict is said already."""
+    return "; ".join([_found(axis), *facts(axis)])
 
 
 def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
     """Whether a model leaves more than noise on the other recording alone."""
     axis = diagnosis.axes[name]
-    leaves_more = not (axis.verdict.complete or axis.curves or _open_here(axis))
-    return leaves_more and name in diagnosis.validation and _leaves_noise(axis)
+    leaves_more = not (axis.verdict.complete or axis.curves)
+    return leaves_more and name in diagnosis.validation and _elsewhere(axis)
 
 
-def _open_here(axis: AxisDiagnosis) -> bool:
-    """Whether something else in the recording is not understood than what the model leaves."""
+def _elsewhere(axis: AxisDiagnosis) -> bool:
+    """Whether everything in the recording is understood, but for noise."""
     blocked = any(finding.blocks for finding in axis.findings)
-    return blocked or bool(axis.lines or axis.external_vibrations)
+    return _leaves_noise(axis) and not (blocked or axis.lines or axis.external_vibrations)
 
 
 def _leaves_noise(axis: AxisDiagnosis) -> bool:
@@ -80,9 +90,9 @@ def _leaves_noise(axis: AxisDiagnosis) -> bool:
     return axis.extended.fitted <= STRUCTURE * axis.noise_floor
 
 
-def spoken_line(line: SpectralLine) -> str:
-    """Amplitude, and order or frequency, of a line; in the unit of the effort."""
-    return f"an amplitude of {line.amplitude:.3g} at {spoken_place(line)}"
+def spoken_line(line: SpectralLine, effort_unit: str) -> str:
+    """Amplitude, and order or frequency, of a line."""
+    return f"{line.amplitude:.3g} {effort_unit} at {spoken_place(line)}"
 
 
 def spoken_place(line: SpectralLine) -> str:
@@ -110,36 +120,28 @@ def recordings_of(cause: Cause, axis: AxisDiagnosis) -> str:
     return listed(cause.shown_in) if axis.traces.several else ""
 
 
-def _verdict(axis: AxisDiagnosis) -> str:
-    floor = f"noise alone leaves {percent(axis.noise_floor)}"
-    before, left = percent(axis.base.fitted), percent(axis.extended.fitted)
-    beside = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.minor_in_model))
-    falls = f"with {beside} the residual falls from {before} to {left} of the effort; {floor}"
+def _found(axis: AxisDiagnosis) -> str:
+    """By what an axis is explained, or that nothing explains it."""
+    causes = dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes)
+    unnamed = {1: ["a curve without a name"]}.get(len(axis.curves), ["curves without a name"])
+    found = listed([*causes, *(unnamed if axis.curves else [])])
+    minor = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.minor_in_model))
     if axis.verdict is Verdict.ADEQUATE:
-        if beside:
-            return f"adequate but for what is minor: {falls}"
-        return f"the base model is adequate: its residual is {left} of the effort; {floor}"
-    found = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes))
-    if axis.curves:
-        curves = f"{listed(map(str, axis.curves))}, which no law of the catalogue describes"
-        by = f"{found}, beside it {curves}" if found else curves
-        return f"by {by}: the residual falls from {before} to {left} of the effort; {floor}"
+        return f"adequate but for {minor}" if minor else "the base model is adequate"
     if axis.verdict is Verdict.EXPLAINED:
-        return f"explained by {found}: the residual falls from {before} to {left}; {floor}"
-    if _leaves_noise(axis):
-        what = f"with {found}, what" if found else "what"
-        if axis.lines:
-            return f"{what} is left in the band, {left} of the effort, is noise ({floor})"
-        if not _open_here(axis):
-            return (
-                f"{what} is left here, {left} of the effort, is noise ({floor}), but "
-                "not what is left of the other recording"
-            )
+        return f"explained by {found}"
+    if axis.verdict is Verdict.PARTLY_EXPLAINED:
+        return f"{100.0 * axis.explained_share:.0f} % of what the base model misses, by {found}"
+    if found:
+        return f"{found} found, but something else is left"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
-    if beside and not found:
-        return f"{none} beside what is minor: {falls}"
-    what = f"{found} found, but a residual of" if found else f"{none}, and"
-    return f"{what} {left} of the effort is left; {floor}"
+    return f"{none} beside {minor}" if minor else none
+
+
+def _residual(axis: AxisDiagnosis) -> str:
+    before, left = percent(axis.base.fitted), percent(axis.extended.fitted)
+    falls = f"falls from {before} to {left}" if axis.extends_base else f"is {left}"
+    return f"the residual {falls} of the effort; noise alone leaves {percent(axis.noise_floor)}"
 
 
 def suspected_sentence(cause: Cause) -> str:

@@ -55,8 +55,8 @@ def diagnosis_answer(
     for name, axis in found.axes.items():
         off = off_reference(axis.findings)
         parts += [] if off is None else [view.Line(off.message, f"axis {name}", "doubt")]
-        said = wording.diagnosed_sentence(axis)
-        parts.append(view.Line(said, f"axis {name}", TONES[axis.verdict], " "))
+        parts += [_verdict(name, axis), *map(view.below, wording.facts(axis))]
+        parts += [] if details else map(view.below, wording.doubts(axis))
         parts += [] if details else error_budget.budget_parts(axis.budget, "  ")
     for name, axis in found.axes.items():
         parts += findings.blocking_lines(name, axis.findings, "no cause is named")
@@ -64,6 +64,10 @@ def diagnosis_answer(
     lines = {name: axis.extended.effective for name, axis in found.axes.items()}
     parts += [*view.next_lines(steps or [_NOTHING]), numbers.parameter_grid(found.model, lines)]
     return (*parts, *(diagnosis_parts(found) if details else _remarks(found)))
+
+
+def _verdict(name: str, axis: result.AxisDiagnosis) -> view.Line:
+    return view.Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
 
 
 def _validated(found: result.Diagnosis) -> Iterator[view.Line]:
@@ -123,15 +127,16 @@ def diagnosis_parts(diagnosis: result.Diagnosis) -> Iterator[view.Part]:
 def axis_parts(name: str, diagnosis: result.Diagnosis) -> Iterator[view.Part]:
     """All that was found of an axis."""
     axis = diagnosis.axes[name]
-    yield view.Line(wording.verdict_sentence(axis), f"axis {name}", TONES[axis.verdict], " ")
+    yield _verdict(name, axis)
+    yield from map(view.below, wording.facts(axis))
     yield from error_budget.budget_parts(axis.budget, "  ")
     yield from findings.finding_lines(axis.findings)
     if axis.causes:
         yield causes_grid(axis)
     for cause in axis.causes:
         yield from _why(cause, axis)
-    yield from (view.Line(f"  {sentence}") for sentence in wording.not_accepted(axis))
-    yield from (view.Line(f"  {wording.refused_sentence(refused)}") for refused in axis.refused)
+    yield from map(view.below, wording.not_accepted(axis))
+    yield from map(view.below, map(wording.refused_sentence, axis.refused))
     yield models_grid(name, diagnosis)
     beside = " beside the causes" if axis.causes else ""
     for experiment, effects in wording.not_testable(axis).items():

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.wording import diagnosed_sentence, timing_sentence, values
+from edge_ident.diagnosis.wording import doubts, facts, timing_sentence, values, verdict_sentence
 from edge_ident.identification import result
 from edge_ident.model.model import PARAMETERS, Estimate
 from edge_ident.report import chart, error_budget, findings, numbers, view
@@ -75,13 +75,19 @@ def trust_lines(found: result.Identification) -> Iterator[view.Line]:
 
 
 def model_lines(found: result.Identification) -> Iterator[view.Line]:
-    """What the model misses, a line for each axis; where it is enough, one line for all."""
+    """What the model of each axis misses; where it is enough, one line for all."""
     enough: dict[str, list[str]] = {}
     for name, axis in found.axes.items():
-        if axis.diagnosis is None and axis.adequacy.adequate:
+        diagnosed = axis.diagnosis
+        if diagnosed is not None:
+            said = f"axis {name} {verdict_sentence(diagnosed)}"
+            yield view.Line(said, "model", "strong")
+            yield from map(view.below, (*facts(diagnosed), *doubts(diagnosed)))
+        elif axis.adequacy.adequate:
             enough.setdefault(_enough(axis), []).append(name)
         else:
-            yield view.Line(f"axis {name} {model_sentence(axis)}", "model", "strong")
+            said = f"axis {name} is not diagnosed: {axis.adequacy.reason}"
+            yield view.Line(said, "model", "strong")
     for said, names in enough.items():
         lowest_hz = min(found.axes[name].adequacy.cutoff_hz for name in names)
         axes = "axis" if len(names) == 1 else "axes"
@@ -92,15 +98,6 @@ def model_lines(found: result.Identification) -> Iterator[view.Line]:
 def _enough(axis: result.AxisIdentification) -> str:
     model = ["rigid body", "friction", *map(words.spoken, axis.compensated_effects)]
     return f"{words.listed(model)} are enough"
-
-
-def model_sentence(axis: result.AxisIdentification) -> str:
-    """What the model of an axis misses; the axis is named before."""
-    if axis.diagnosis is not None:
-        return diagnosed_sentence(axis.diagnosis)
-    if axis.adequacy.adequate:
-        return ""
-    return f"is not diagnosed: {axis.adequacy.reason}"
 
 
 # All of it: every estimate, why this one is used, and the findings.

@@ -41,6 +41,11 @@ class Line:
         return f"{self.label}{self.between}{self.said}" if self.label else self.said
 
 
+def below(said: str) -> Line:
+    """A line about what the line above it is about."""
+    return Line(f"  {said}")
+
+
 Row = Sequence[str | Line]
 
 

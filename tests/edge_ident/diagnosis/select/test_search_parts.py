@@ -15,7 +15,7 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis
 from edge_ident.diagnosis.select.search import Search
-from edge_ident.diagnosis.wording import verdict_sentence
+from edge_ident.diagnosis.wording import facts
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
 from tests.repetitions import a_few
@@ -169,7 +169,7 @@ def test_an_external_vibration_is_reported_and_is_no_cause() -> None:
     (found,) = axis.external_vibrations
     assert found.frequency_hz == pytest.approx(2.13, abs=0.005)
     assert found.amplitude == pytest.approx(0.1, rel=0.05)
-    assert "2.13 Hz" in verdict_sentence(axis)
+    assert any("2.13 Hz" in fact for fact in facts(axis))
     assert [term.effect for term in axis.model.terms] == [BASE]
     error = axis.extended.estimate.parameters - [0.5, 0.8, 1.1, 0.2]
     assert np.abs(error) == pytest.approx(0.0, abs=0.02), "nor does it bias the base"
@@ -256,7 +256,7 @@ def test_of_several_recordings_each_has_vibrations_of_its_own(
         assert one.recording == source
         assert one.frequency_hz == pytest.approx(frequency_hz, abs=0.005)
         assert one.amplitude == pytest.approx(size, rel=0.03)
-        assert f"{frequency_hz:.4g} Hz in {source}" in verdict_sentence(axis)
+        assert any(f"{frequency_hz:.4g} Hz in {source}" in fact for fact in facts(axis))
 
 
 ONCE = ((1, 40.0), (0, 40.0), (0, 0.0), (1, 0.0))

@@ -30,7 +30,7 @@ def test_the_page_says_what_the_terminal_says(folder: Path) -> None:
     said = text(folder)
     assert said.startswith("# What the model gets wrong about monday.csv and tuesday.csv")
     assert "stamps stray by 0.3 sampling periods" in said
-    assert "axis x explained by torque ripple and asymmetric friction:" in said
+    assert "- axis x explained by torque ripple and asymmetric friction\n  - the residual" in said
     assert "| torque ripple | 31 %<br>27 to 35 % | 12.0 % | cosine 0.2 ± 0.01 N\\*m<br>" in said
     assert "this motion does not distinguish it from nonlinear viscous" in said
     assert "accepted: without it the criterion is 412 units worse" in said
