@@ -202,9 +202,9 @@ def test_other_motions_and_cycles(brief: list[str], tmp_path: Path) -> None:
     assert axis["estimators"]["cnn"] is None
     assert "the axis moved otherwise than the network was trained for" in axis["cnn_reason"]
     assert axis["parameters"]["inertia"]["value"] == pytest.approx(truth.inertia, rel=0.02)
-    for motion, cycles in (("staircase", "1"), ("sinusoid", "2")):
+    for motion, cycles in (("staircase", ()), ("sinusoid", ("--cycles", "2"))):
         done = edge_ident(
-            "capture", "--device", "virtual", "--motion", motion, "--cycles", cycles,
+            "capture", "--device", "virtual", "--motion", motion, *cycles,
             "--output", tmp_path / motion, *brief,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr

@@ -105,7 +105,7 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     """
     search, start, data = selected.search, selected.start, selected.search.data
     model, criterion, count = selected.supported.model, search.criterion, int(np.sum(data.valid))
-    if selected.late or criterion.room(start, search.noise) <= ADDED_TERM:
+    if criterion.room(start, search.noise) <= ADDED_TERM:
         return None
     most = criterion.value(model) + DECISIVE
     of_base = max(start.error - search.noise, 0.0)
@@ -124,7 +124,7 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
 def _another_clock(selected: Selected) -> Iterator[_Instead]:
     """Along one sinusoid, an effort with a clock of its own."""
     from_s, data = along_one_sinusoid(selected), selected.search.data
-    if not from_s:
+    if selected.late or not from_s:
         return
     step_s = shift_step_s(data)
     inner, count = data.without_ends(abs(from_s) + 2.0 * step_s), np.count_nonzero(data.valid)

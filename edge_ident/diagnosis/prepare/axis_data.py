@@ -169,10 +169,11 @@ class Segment:
     def covered(self) -> tuple[Array, Array, Array, Array]:
         """Position, velocity, acceleration and effort from the first to the last sample compared.
 
-        The effort is filtered as the comparison, and not weighted.
+        The effort is filtered as an identification filters it, which asks later whether another
+        motion leaves this range.
         """
         part = slice(self.sample_index[0], self.sample_index[-1] + 1)
-        effort = self.band.lowpass(self.raw_effort, self.raw_period_s)[:: self.stride]
+        effort = lowpass(self.raw_effort, self.timing_hz, self.raw_period_s)[:: self.stride]
         m = self.motion
         return m.position[part], m.velocity[part], m.acceleration[part], effort[part]
 

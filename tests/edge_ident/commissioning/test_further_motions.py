@@ -48,23 +48,24 @@ def drawn(seed: int) -> VirtualBoard:
 
 @pytest.mark.thorough
 def test_the_harmonics_of_a_cause_are_no_lines(tmp_path: Path) -> None:
-    """The other axis's friction turns round at once, which has harmonics above the band."""
+    """The other axis's friction turns round at once, which has harmonics above the band. It has a
+    law of its own, which leaves something at each reversal."""
     after = run(drawn(1007), tmp_path, most_motions=1).identification.axes["z"].diagnosis
     assert after is not None
     assert after.causes[0].term.effect == "cross_axis_coupling"
-    assert after.verdict is Verdict.EXPLAINED
-    assert after.lines == ()
+    assert after.explained_share > 0.98
+    assert all(line.frequency_range_hz is not None for line in after.lines)
 
 
 @pytest.mark.thorough
 def test_a_push_is_no_wave_over_the_way_that_the_axis_has_gone_meanwhile(tmp_path: Path) -> None:
-    """An order that half a second of effort looked like spoiled the push itself."""
+    """An order that half a second of effort looked like spoiled the push itself. It acts at the top
+    speed, so it is only suspected."""
     outcome = run(drawn(1081), tmp_path, most_motions=1)
     after = outcome.identification.axes["z"].diagnosis
     assert after is not None
-    assert [cause.term.effect for cause in after.causes] == ["disturbance_event"]
-    assert after.minor == after.suspected == ()
-    assert after.extended.fitted < 0.001
+    assert [cause.term.effect for cause in after.suspected] == ["disturbance_event"]
+    assert after.minor == after.causes == ()
 
 
 def test_what_friction_makes_at_the_reversals_is_no_vibration(tmp_path: Path) -> None:
@@ -224,7 +225,7 @@ def test_a_line_alone_is_in_doubt() -> None:
     made = axis(Verdict.UNEXPLAINED)
     within = replace(made.extended, fitted=made.noise_floor)
     alone = replace(made, lines=LINES, extended=within)
-    said = "the origin of an amplitude of 0.2 at 14.2 Hz and an amplitude of 0.1 at 9.7 Hz"
+    said = "the origin of 0.2 N*m at 14.2 Hz and 0.1 N*m at 9.7 Hz"
     assert doubts(alone) == {"x": (said,)}
     assert doubts(replace(alone, verdict=Verdict.EXPLAINED)) == {}
     vibrating = replace(alone, external_vibrations=(OutsideVibration(3.0, 0.1, "a.csv"),))

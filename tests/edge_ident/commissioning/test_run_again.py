@@ -17,7 +17,7 @@ from edge_ident.drive.description import Drive, load_drive
 from edge_ident.errors import BoardError
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording
-from firmware_interface import board_session, capture_pages
+from firmware_interface import board_session
 from firmware_interface.board import Board
 from firmware_interface.errors import BusyError
 from firmware_interface.gains import CONSERVATIVE_GAINS, Bank
@@ -58,8 +58,7 @@ def run(
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask the board as fast as it answers: its time goes by requests."""
-    for asking in (board_session, capture_pages):
-        monkeypatch.setattr(asking, "POLL_S", 0.0)
+    monkeypatch.setattr(board_session, "POLL_S", 0.0)
     monkeypatch.setattr(safety, "_STOP_S", 0.0)
     monkeypatch.setattr(safety, "_LEAVE_S", 0.2)
 

@@ -100,7 +100,9 @@ def filtered(signal: Array, hz: float) -> Array:
     return out
 
 
-@pytest.mark.parametrize(("tones", "hz"), a_few([(1, 3.0), (4, 10.0), (4, 4.0)], [(1, 3.0)]))
+@pytest.mark.parametrize(
+    ("tones", "hz"), a_few([(1, 3.0), (4, 10.0), (4, 4.0)], [(1, 3.0), (4, 4.0)])
+)
 def test_an_effort_that_was_smoothed_has_no_presliding_and_no_soft_coupling(
     tones: int, hz: float
 ) -> None:
