@@ -124,7 +124,7 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
 def _another_clock(selected: Selected) -> Iterator[_Instead]:
     """Along one sinusoid, an effort with a clock of its own."""
     from_s, data = along_one_sinusoid(selected), selected.search.data
-    if selected.late or not from_s:
+    if selected.late or not from_s:  # a delay is such a clock
         return
     step_s = shift_step_s(data)
     inner, count = data.without_ends(abs(from_s) + 2.0 * step_s), np.count_nonzero(data.valid)

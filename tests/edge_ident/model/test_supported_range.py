@@ -10,12 +10,14 @@ import pytest
 from typer.testing import CliRunner
 
 from edge_ident.cli import app
+from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.errors import ModelError
+from edge_ident.estimation.trust import outside_support
 from edge_ident.model.model import Model, SupportedRange, Term
 from edge_ident.model.model_files import load_model, model_document, model_of, save_model
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import save_recording
-from edge_ident.simulation.simulate import reduced_model
+from edge_ident.simulation.simulate import reduced_model, simulate
 from tests.repetitions import a_few
 
 WIDE = SupportedRange((-10.0, 10.0), (-20.0, 20.0), (-50.0, 50.0), (-30.0, 30.0))
@@ -53,6 +55,16 @@ def test_a_range_that_is_none_is_refused_with_its_place(ends: Any) -> None:
     document["axes"]["x"]["terms"][1]["supported"]["speed"] = ends
     with pytest.raises(ModelError, match=r"stribeck_friction.*supported.*speed"):
         model_of(document, "a test")
+
+
+def test_no_recording_leaves_the_range_that_it_supports() -> None:
+    """What an effort does above the band of the diagnosis is in its range, too."""
+    quiet = simulate()
+    time_s, axis = quiet.time_s, quiet.axes["x"]
+    shaken = axis.effort + 9.0 * np.hanning(len(time_s)) * np.sin(2.0 * np.pi * 7.0 * time_s)
+    recording = replace(quiet, axes={"x": replace(axis, effort=shaken)})
+    supported = prepare_axis([recording], "x").supported
+    assert outside_support(model(supported), recording) == {"x": []}
 
 
 @pytest.fixture
