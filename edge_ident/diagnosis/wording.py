@@ -35,7 +35,7 @@ def facts(axis: AxisDiagnosis) -> list[str]:
     said = [_residual(axis)]
     if axis.verdict is Verdict.UNEXPLAINED and axis.lines and _leaves_noise(axis):
         said.append("what is left in the band is noise")
-    elif axis.verdict is Verdict.UNEXPLAINED and _elsewhere(axis):
+    elif axis.verdict is Verdict.UNEXPLAINED and _understood(axis):
         said.append("what is left here is noise, but not what is left of the other recording")
     said += [
         f"no law of the catalogue describes {c}; the model has it as a curve" for c in axis.curves
@@ -76,11 +76,11 @@ def only_elsewhere(name: str, diagnosis: Diagnosis) -> bool:
     """Whether a model leaves more than noise on the other recording alone."""
     axis = diagnosis.axes[name]
     leaves_more = not (axis.verdict.complete or axis.curves)
-    return leaves_more and name in diagnosis.validation and _elsewhere(axis)
+    return leaves_more and name in diagnosis.validation and _understood(axis)
 
 
-def _elsewhere(axis: AxisDiagnosis) -> bool:
-    """Whether everything in the recording is understood, but for noise."""
+def _understood(axis: AxisDiagnosis) -> bool:
+    """Whether nothing is left in the recordings that the model was fitted to but noise."""
     blocked = any(finding.blocks for finding in axis.findings)
     return _leaves_noise(axis) and not (blocked or axis.lines or axis.external_vibrations)
 
@@ -123,15 +123,16 @@ def recordings_of(cause: Cause, axis: AxisDiagnosis) -> str:
 def _found(axis: AxisDiagnosis) -> str:
     """By what an axis is explained, or that nothing explains it."""
     causes = dict.fromkeys(spoken(cause.term.effect) for cause in axis.causes)
-    unnamed = {1: ["a curve without a name"]}.get(len(axis.curves), ["curves without a name"])
-    found = listed([*causes, *(unnamed if axis.curves else [])])
+    curves = {0: "", 1: "a curve without a name"}.get(len(axis.curves), "curves without a name")
+    found = listed(filter(None, [*causes, curves]))
     minor = listed(dict.fromkeys(spoken(cause.term.effect) for cause in axis.minor_in_model))
     if axis.verdict is Verdict.ADEQUATE:
         return f"adequate but for {minor}" if minor else "the base model is adequate"
     if axis.verdict is Verdict.EXPLAINED:
         return f"explained by {found}"
     if axis.verdict is Verdict.PARTLY_EXPLAINED:
-        return f"{100.0 * axis.explained_share:.0f} % of what the base model misses, by {found}"
+        share = f"{100.0 * axis.explained_share:.0f} %"
+        return f"{share} of what the base model misses, by {found or minor}"
     if found:
         return f"{found} found, but something else is left"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
