@@ -33,9 +33,9 @@ def verdict_sentence(axis: AxisDiagnosis) -> str:
 def facts(axis: AxisDiagnosis) -> list[str]:
     """What else is known of an axis: the residual, what has no name, and what was not looked at."""
     said = [_residual(axis)]
-    if axis.verdict is Verdict.UNEXPLAINED and axis.lines and _leaves_noise(axis):
+    if not axis.verdict.complete and axis.lines and _leaves_noise(axis):
         said.append("what is left in the band is noise")
-    elif axis.verdict is Verdict.UNEXPLAINED and _understood(axis):
+    elif not axis.verdict.complete and _understood(axis):
         said.append("what is left here is noise, but not what is left of the other recording")
     said += [
         f"no law of the catalogue describes {c}; the model has it as a curve" for c in axis.curves
@@ -132,9 +132,7 @@ def _found(axis: AxisDiagnosis) -> str:
         return f"explained by {found}"
     if axis.verdict is Verdict.PARTLY_EXPLAINED:
         share = f"{100.0 * axis.explained_share:.0f} %"
-        return f"{share} of what the base model misses, by {found or minor}"
-    if found:
-        return f"{found} found, but something else is left"
+        return f"{share} of what the base model misses, by {found}"
     none = "no known effect is certain" if axis.suspected else "no known effect fits"
     return f"{none} beside {minor}" if minor else none
 
