@@ -95,7 +95,8 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     """What forbids to name causes where a change of the effort explains, alone, about as much: most
     of what the base model leaves beyond noise.
 
-    Where nothing was selected, it has to explain the effort: else a search goes on.
+    Where nothing was selected, it has to explain the effort: else a search goes on. Where a delay
+    was, a filter has to be decidedly better: by either the effort is late.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     model, criterion, count = selected.supported.model, search.criterion, int(np.sum(data.valid))
     if criterion.room(start, search.noise) <= ADDED_TERM:
         return None
-    most = criterion.value(model) + DECISIVE
+    most = criterion.value(model) + (-DECISIVE if selected.late else DECISIVE)
     of_base = max(start.error - search.noise, 0.0)
     for one in (*_another_clock(selected), *_behind_filters(selected)):
         size, error = _least(one.left, one.tried, count) or (0.0, start.error)
