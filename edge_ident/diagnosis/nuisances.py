@@ -106,14 +106,17 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     """
     search, start, data = selected.search, selected.start, selected.search.data
     model, criterion, count = selected.supported.model, search.criterion, int(np.sum(data.valid))
-    if criterion.room(start, search.noise) <= ADDED_TERM:
+    noise = search.noise
+    if criterion.room(start, noise) <= ADDED_TERM:
         return None
-    most = criterion.value(model) + (-DECISIVE if selected.late else DECISIVE)
-    of_base = max(start.error - search.noise, 0.0)
+    # two that leave less than the noise are not told apart by what they leave
+    most = criterion.value(replace(model, error=max(model.error, noise)))
+    most += -DECISIVE if selected.late else DECISIVE
+    of_base = max(start.error - noise, 0.0)
     for one in (*_another_clock(selected), *_behind_filters(selected)):
         size, error = _least(one.left, one.tried, count) or (0.0, start.error)
-        alike = criterion.misfit(error) + one.parameters * math.log(criterion.samples) <= most
-        if not alike or error - search.noise > (1.0 - SHARE_OF_DELAY) * of_base:
+        value = criterion.misfit(max(error, noise)) + one.parameters * math.log(criterion.samples)
+        if value > most or error - noise > (1.0 - SHARE_OF_DELAY) * of_base:
             continue
         changed = replace(start, error=error)
         if model.terms or not leaves_structure(data, start, changed, tolerance):
