@@ -32,7 +32,7 @@ from edge_ident.diagnosis.select.acceptance import about_alike
 from edge_ident.diagnosis.select.search import independent_samples
 from edge_ident.diagnosis.select.second_looks import along_one_sinusoid, shift_step_s
 from edge_ident.diagnosis.select.selection import Selected, fitted_base, selected_model
-from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE
+from edge_ident.diagnosis.select.thresholds import ADDED_TERM, DECISIVE, STRUCTURE
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.effects import named
 from edge_ident.model.model import PARAMETERS, POSITIVE, regressor
@@ -109,13 +109,14 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
     noise = search.noise
     if criterion.room(start, noise) <= ADDED_TERM:
         return None
-    # two that leave less than the noise are not told apart by what they leave
-    most = criterion.value(replace(model, error=max(model.error, noise)))
+    # two that leave no structure are not told apart by what they leave
+    least = STRUCTURE**2 * noise
+    most = criterion.value(replace(model, error=max(model.error, least)))
     most += -DECISIVE if selected.late else DECISIVE
     of_base = max(start.error - noise, 0.0)
     for one in (*_another_clock(selected), *_behind_filters(selected)):
         size, error = _least(one.left, one.tried, count) or (0.0, start.error)
-        value = criterion.misfit(max(error, noise)) + one.parameters * math.log(criterion.samples)
+        value = criterion.misfit(max(error, least)) + one.parameters * math.log(criterion.samples)
         if value > most or error - noise > (1.0 - SHARE_OF_DELAY) * of_base:
             continue
         changed = replace(start, error=error)
