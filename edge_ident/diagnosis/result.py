@@ -293,7 +293,8 @@ class Diagnosis(Drawable):
     >>> found.understood
     True
     >>> print(found)  # doctest: +ELLIPSIS
-    axis x the base model is adequate: ...
+    axis x the base model is adequate
+      the residual is ...
     """
 
     axes: Mapping[str, AxisDiagnosis]
