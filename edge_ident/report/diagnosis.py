@@ -55,9 +55,10 @@ def diagnosis_answer(
     for name, axis in found.axes.items():
         off = off_reference(axis.findings)
         parts += [] if off is None else [view.Line(off.message, f"axis {name}", "doubt")]
-        parts += [_verdict(name, axis), *map(view.below, wording.facts(axis))]
-        parts += [] if details else map(view.below, wording.doubts(axis))
-        parts += [] if details else error_budget.budget_parts(axis.budget, "  ")
+        parts.append(_verdict(name, axis))
+        if not details:  # they say the same, and more
+            parts += map(view.below, (*wording.facts(axis), *wording.doubts(axis)))
+            parts += error_budget.budget_parts(axis.budget, "  ")
     for name, axis in found.axes.items():
         parts += findings.blocking_lines(name, axis.findings, "no cause is named")
     parts += _validated(found)

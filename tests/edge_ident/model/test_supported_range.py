@@ -61,8 +61,8 @@ def test_no_recording_leaves_the_range_that_it_supports() -> None:
     """What an effort does above the band of the diagnosis is in its range, too."""
     quiet = simulate()
     time_s, axis = quiet.time_s, quiet.axes["x"]
-    shaken = axis.effort + 9.0 * np.hanning(len(time_s)) * np.sin(2.0 * np.pi * 7.0 * time_s)
-    recording = replace(quiet, axes={"x": replace(axis, effort=shaken)})
+    effort = axis.effort + 9.0 * np.hanning(len(time_s)) * np.sin(2.0 * np.pi * 7.0 * time_s)
+    recording = replace(quiet, axes={"x": replace(axis, effort=effort)})
     supported = prepare_axis([recording], "x").supported
     assert outside_support(model(supported), recording) == {"x": []}
 
