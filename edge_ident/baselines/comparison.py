@@ -160,6 +160,7 @@ def compare(
     """
     recording = recording_files.given_recording(recording, "compare")
     network = None if network is None else given_network(network)
+    given.seed(seed)
     given.number("tries", tries, 1, 1e6, "give a whole number of tries, such as 8")
     methods = [methods] if isinstance(methods, str) else methods
     known, axes = all_methods(), {}

@@ -113,17 +113,22 @@ def _check_way(pty: bool, tcp: int | None, link: Path | None) -> None:
 
 @contextmanager
 def _linked(link: Path, device: str) -> Iterator[str]:
-    """Point a link at a device while the body runs; a link that nothing is behind gives way.
+    """Point a link at a device while the body runs; that of a board which was killed gives way.
 
     Raises
     ------
     FileExistsError
         There is a file, or the link of a board that runs.
     """
-    if link.is_symlink() and not link.exists():
-        link.unlink()
-    link.symlink_to(device)
     process = _process_file(link)
+    # a new pseudo-terminal may get the number of the old one: then the old link leads to it
+    if link.is_symlink() and not (link.exists() and _runs(process)):
+        link.unlink()
+    try:
+        link.symlink_to(device)
+    except FileExistsError as error:
+        error.add_note(f"{link} is in use: stop the board that made it, or give another --link")
+        raise
     process.write_text(f"{os.getpid()}\n")
     try:
         yield str(link.absolute())
@@ -135,6 +140,15 @@ def _linked(link: Path, device: str) -> Iterator[str]:
 def _process_file(link: Path) -> Path:
     """Where a board that has a link leaves the number of its process."""
     return link.with_name(f"{link.name}.pid")
+
+
+def _runs(process: Path) -> bool:
+    """Whether the board that left its number still runs."""
+    try:
+        os.kill(int(process.read_text()), 0)
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def _press_stop(link: Path) -> None:
@@ -263,7 +277,7 @@ class MeasurementOptions:
     noise: Annotated[float, typer.Option(parser=options.share)] = 0.0
     encoder_counts: Annotated[float | None, typer.Option(min=0.0)] = None
     effort_resolution: Annotated[float | None, typer.Option(min=0.0)] = None
-    seed: Setting[int] = 0
+    seed: options.Seed = 0
 
 
 @command

@@ -376,7 +376,7 @@ def _notes(error: BaseException) -> list[str]:
 def _remedy(error: OSError) -> str:
     full = error.errno in _NO_ROOM
     remedy = "free some space on that disk" if full else "check the path and your rights to it"
-    return f"{remedy}, or choose another folder with --output"
+    return f"{remedy}, or choose another place"
 
 
 # What comes before the name of a command: the version, how much is told, the user's settings.

@@ -118,7 +118,7 @@ def plan(
     drive: Setting[Path | None] = None,
     model: Setting[Path | None] = None,
     seconds: Annotated[float | None, setting(min=1.0, max=600.0)] = None,
-    seed: Setting[int] = 0,
+    seed: options.Seed = 0,
     reading: FileOptions,
     output: Annotated[Path | None, typer.Option("-o", parser=options.named)] = None,
     json: bool = False,

@@ -31,7 +31,7 @@ def identify(
     recording: RecordingOptions,
     network: options.NetworkOptions,
     model: Setting[Path | None] = None,
-    seed: Setting[int] = 0,
+    seed: options.Seed = 0,
     no_diagnose: Setting[bool] = False,
     details: bool = False,
     results: options.ResultOptions,
@@ -77,7 +77,7 @@ def compare(
     network: Setting[Path | None] = None,
     method: list[str] | None = None,
     tries: Annotated[int, typer.Option(min=1, max=10_000)] = 8,
-    seed: Setting[int] = 0,
+    seed: options.Seed = 0,
     results: options.ResultOptions,
 ) -> None:
     """Identify a recording with every method, from the same signals, and compare the results.

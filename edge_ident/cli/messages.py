@@ -128,6 +128,7 @@ LINE_EVERY_S: Final = 5.0
 """Least time between two lines of progress where there is no terminal."""
 # Share of that time after which it is looked whether a line is due: the most that one is late.
 _LOOK_EVERY: Final = 0.2
+_WIDE: Final = 64  # columns of a terminal in which a bar leaves room for words and numbers
 
 
 class _Count(NamedTuple):
@@ -329,17 +330,19 @@ def _bars() -> "Bars":
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.table import Column
 
     from edge_ident.support.console import VisibleConsole
 
+    console = VisibleConsole(file=cast(IO[str], _Terminal()))
     return Progress(
         TextColumn("{task.description}", markup=False),
-        BarColumn(bar_width=16),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        *([BarColumn(bar_width=16)] if console.width >= _WIDE else []),
+        MofNCompleteColumn(table_column=Column(no_wrap=True)),
+        TimeElapsedColumn(table_column=Column(no_wrap=True)),
+        TimeRemainingColumn(table_column=Column(no_wrap=True)),
         TextColumn("{task.fields[note]}", markup=False),
-        console=VisibleConsole(file=cast(IO[str], _Terminal())),
+        console=console,
     )
 
 

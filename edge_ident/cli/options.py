@@ -90,6 +90,7 @@ def setting(*flags: str, **more: Any) -> Any:
 _T = TypeVar("_T")
 Setting = Annotated[_T, setting()]
 """The same of a type that typer knows."""
+Seed = Annotated[int, setting(min=0)]
 BaudRate = Annotated[int | None, setting(min=50)]
 Bandwidth = Annotated[float | None, setting(min=0.1)]
 RECORDING: Final = setting(

@@ -64,7 +64,7 @@ class PlanOptions:
     bandwidth: options.Bandwidth = None
     dry_run: bool = False
     store: bool = False
-    seed: Setting[int] = 0
+    seed: options.Seed = 0
     no_diagnose: Setting[bool] = False
     diagnose_first: Setting[bool] = False
     diagnose_within: Annotated[float, setting(min=0.0)] = 60.0

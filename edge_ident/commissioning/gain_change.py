@@ -264,7 +264,9 @@ class Trial:
             axes = promised(moved, self._before.grounds, self._hardware, *banks, self._disbelief)
             self.promise = self.promise.with_motion(motion.name, axes)
         for axis, of_axis in axes.items():
-            log.info("axis %s on the %s: %s", axis, motion.name, of_axis)
+            now_rad, then_rad = of_axis.now.rms_rad, of_axis.after.rms.middle_rad
+            said = "axis %s on the %s: rms error %.3g rad, forecast with the new gains %.3g rad"
+            log.info(said, axis, motion.name, now_rad, then_rad)
 
     def move_second(self) -> Recorded:
         """The second motion with the old gains, made where it was not made yet."""

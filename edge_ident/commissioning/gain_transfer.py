@@ -52,12 +52,17 @@ def _check_gain(
     axis: str, name: str, value: float, now: float, bound: float, largest_step: float
 ) -> None:
     lowest = -bound if name in SIGNED else 0.0
-    if not lowest <= value <= bound or (name in POSITIVE and value == 0.0):
-        raise GainError(
-            f"axis {axis}: {name} {value:.4g} is outside the board's limits "
-            f"{lowest:.4g} to {bound:.4g}",
+    too_small = value < lowest or (name in POSITIVE and value == 0.0)
+    if too_small or not value <= bound:
+        least = "more than 0" if name in POSITIVE else f"{lowest:.4g}"
+        large = (
             "give other gains: of a lower --bandwidth, or of a model without the effect that they "
-            "compensate; or raise the limit in the board's firmware",
+            "compensate; or raise the limit in the board's firmware"
+        )
+        raise GainError(
+            f"axis {axis}: {name} {value:.4g} is outside the board's limits, "
+            f"{least} to {bound:.4g}",
+            "correct that number, or design the gains anew" if too_small else large,
         )
     if abs(value - now) > largest_step:
         raise GainError(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from edge_ident.errors import BoardError
-from edge_ident.support.words import plain_number
+from edge_ident.support.words import listed, plain_number
 from firmware_interface import codec, received, registers
 from firmware_interface.board import Board
 from firmware_interface.errors import ValueRefusedError
@@ -29,7 +29,11 @@ def parse_values(register: Register, texts: Sequence[str]) -> tuple[float, ...]:
     if len(texts) != register.count:
         raise ValueError(f"{register.name} takes {register.count} values, {len(texts)} were given")
     codes = getattr(registers, register.enum).__members__ if register.enum else {}
-    return tuple(float(codes[text]) if text in codes else plain_number(text) for text in texts)
+    try:
+        return tuple(float(codes[text]) if text in codes else plain_number(text) for text in texts)
+    except ValueError as error:
+        known = f"; its codes are {listed(codes)}" if codes else ""
+        raise ValueError(f"{register.name} takes numbers{known}") from error
 
 
 def check_write(register: Register, values: Sequence[float]) -> None:

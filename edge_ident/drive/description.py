@@ -45,8 +45,12 @@ TABLE_RANGES: Final = {
 """Lowest and highest value of each key of the other tables."""
 OPTIONAL: Final = {"screw_lead_m_per_rad": 0.0, "acceleration_limit_rad_s2": math.inf}
 """Keys that an axis may lack, and what that means: it only turns; its effort is the only limit."""
-_BOARD_KEYS: Final = {"device": str, "baud_rate": int}
+_SLOWEST_BAUD: Final = 50
 _FASTEST_BAUD: Final = 10**8  # ten times what the fastest serial adapters do
+_BOARD_KEYS: Final = {
+    "device": (str, 'a text, such as "/dev/ttyACM0"'),
+    "baud_rate": (int, f"a whole number from {_SLOWEST_BAUD} to {_FASTEST_BAUD}"),
+}
 _TABLES: Final = {"name", "axes", "board", *TABLE_RANGES}
 
 
@@ -273,10 +277,10 @@ class _Reader:
     def board(self) -> dict[str, Any]:
         given = self.table("board", set(_BOARD_KEYS))
         for key, value in given.items():
-            kind = _BOARD_KEYS[key]
+            kind, allowed = _BOARD_KEYS[key]
             sound = isinstance(value, kind) and not isinstance(value, bool)
-            if not sound or (kind is int and not 0 < value <= _FASTEST_BAUD):
-                raise self.error("board", key, f"is {brief(value)}", f"give a {kind.__name__}")
+            if not sound or (kind is int and not _SLOWEST_BAUD <= value <= _FASTEST_BAUD):
+                raise self.error("board", key, f"is {brief(value)}", f"give {allowed}")
         return given
 
     def check_motion(self, table: str, axis: DriveAxis, rate: float) -> None:

@@ -278,7 +278,7 @@ def _unpacked(file: BinaryIO, length: int) -> Iterator[bytes]:
         yield made
 
 
-# The first sheet of an .xlsx file.
+# The first sheet of an .xlsx file that holds a table.
 
 
 _MOST_ROWS: Final = 1 << 20  # of a sheet, in every program that writes them
@@ -286,7 +286,7 @@ _WRITTEN: Final = dialect.Dialect("utf-8", "tab", "point")  # how cells that are
 
 
 def read_xlsx(path: Path) -> Table:
-    """Read the table on the first sheet.
+    """Read the first sheet that holds a table.
 
     Raises
     ------
@@ -298,13 +298,8 @@ def read_xlsx(path: Path) -> Table:
     with opening.reading(str(path), ".xlsx"):
         with opening.open_archive(path) as archive:
             opening.refuse_document_types(archive)
-        sheet = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets[0]
-        sheet.reset_dimensions()  # what a file states of them is often a whole sheet
-        title = str(sheet.title)
-        rows = list(_rows(sheet.iter_rows(values_only=True)))
-    width = dialect.width_of(_WRITTEN, [row for _, row in rows])
-    documents.check_table(width, len(rows))
-    layout = dialect.lay_out(str(path), rows, width, _WRITTEN.is_value)
+        sheets = openpyxl.load_workbook(path, read_only=True, data_only=True).worksheets
+        title, rows, layout = _laid_out(path, sheets)
     table = [(i, row) for i, row in rows if i >= layout.first_row]
     values = np.array([_values(path, layout, number, row) for number, row in table]).T
     values = np.ascontiguousarray(values)
@@ -323,6 +318,24 @@ def read_xlsx(path: Path) -> Table:
         str(path), columns, f"sheet {title}, {layout}", layout.first_row, layout.header,
         period_s=period_s,
     )  # fmt: skip
+
+
+def _laid_out(
+    path: Path, sheets: Iterable[Any]
+) -> tuple[str, list[tuple[int, list[str]]], dialect.Layout]:
+    """Title, rows and layout of the first sheet that holds a table."""
+    refused: list[DataError] = []
+    for sheet in sheets:
+        sheet.reset_dimensions()  # what a file states of them is often a whole sheet
+        rows = list(_rows(sheet.iter_rows(values_only=True)))
+        width = dialect.width_of(_WRITTEN, [row for _, row in rows])
+        documents.check_table(width, len(rows))
+        source = f"{path}, sheet {sheet.title}"
+        try:
+            return str(sheet.title), rows, dialect.lay_out(source, rows, width, _WRITTEN.is_value)
+        except DataError as error:
+            refused.append(error)
+    raise refused[0]
 
 
 def _values(path: Path, layout: dialect.Layout, number: int, row: list[str]) -> list[float]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from edge_ident.errors import DataError
 from edge_ident.files.opening import needed, open_archive, reading
-from edge_ident.files.table import LOOKED_AT, Column, Table, make_columns, series
+from edge_ident.files.table import LOOKED_AT, Column, Table, series
 from edge_ident.support import documents
 
 # Module and function of every format but text, by the ending of the name.
@@ -129,27 +129,17 @@ def read_npz(path: Path) -> Table:
     Raises
     ------
     DataError
-        The file is damaged, or its columns differ in length.
+        The file is damaged, or no two of its columns have the same length.
     TooLargeError
     """
     with reading(str(path), ".npz"):
         with open_archive(path) as archive:
             _check_arrays(archive)
         with np.load(path, allow_pickle=False) as arrays_of:
-            held = {name: np.asarray(arrays_of[name], dtype=np.float64) for name in arrays_of.files}
-    header = {name: repr(float(value)) for name, value in held.items() if value.ndim == 0}
+            held = {name: np.asarray(arrays_of[name]) for name in arrays_of.files}
+    header = {name: str(value) for name, value in held.items() if value.ndim == 0}
     arrays = {name: value for name, value in held.items() if value.ndim}
-    if any(array.ndim > 1 for array in arrays.values()):
-        raise DataError(
-            f"{path}: not all of its arrays are columns",
-            "store every column as an array of its own",
-        )
-    if len({array.shape for array in arrays.values()}) > 1:
-        raise DataError(
-            f"{path}: columns differ in length", "store one value per time stamp in every column"
-        )
-    columns: tuple[Column, ...] = make_columns(arrays, arrays.values(), [None] * len(arrays))
-    return Table(str(path), columns, header=header)
+    return replace(series(str(path), arrays, ""), header=header)
 
 
 def _check_arrays(archive: zipfile.ZipFile) -> None:
@@ -181,7 +171,7 @@ def is_frame(source: object) -> bool:
 
 
 def read_frame(frame: Any) -> Table:
-    """Read a data frame; an index that has a name is a column.
+    """Read a data frame; an index that has a name, or holds times, is a column.
 
     Raises
     ------
@@ -190,8 +180,9 @@ def read_frame(frame: Any) -> Table:
     """
     arrays: dict[str, NDArray[np.generic]] = {}
     index = getattr(frame, "index", None)
-    if (name := getattr(index, "name", None)) is not None:
-        arrays[_text(name)] = np.array(index)
+    name = getattr(index, "name", None)
+    if name is not None or np.asarray(index).dtype.kind in "mM":
+        arrays["time" if name is None else _text(name)] = np.array(index)
     for name in frame.columns:
         arrays[_text(name)] = np.array(frame[name])  # a copy: the frame stays as it is
     return series("the data frame", arrays, "")

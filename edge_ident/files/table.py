@@ -133,10 +133,10 @@ def series(source: str, arrays: Mapping[str, NDArray[np.generic]], how: str) -> 
     length = max(set(lengths), key=lambda n: (min(lengths.count(n), 2), n), default=0)
     kept = {name: pair for name, pair in split.items() if len(pair[1]) == length}
     if len(kept) < 2 or length < 2:
-        names = ", ".join(arrays) or "none"
+        names = ", ".join([*kept, *left_out]) or "nothing"
         raise DataError(
-            f"{source}: no two series of the same length (it holds: {names})",
-            "store position and effort as vectors, one value per time stamp",
+            f"{source}: no two series of numbers of the same length (it holds: {names})",
+            "store position and effort as vectors of numbers, one value per time stamp",
         )
     left_out += [
         f"{name} ({len(pair[1])} values, not {length})"

@@ -199,8 +199,7 @@ def _plain(lines: Iterator[str], dialect: Dialect, layout: Layout, quoted: bool)
     elif len(layout.numeric) < len(layout.headings):
         lines = _of_width(lines, dialect, layout)
     elif layout.open_end:
-        end = separator + "\n"
-        lines = (line[:-2] if line.endswith(end) else line for line in lines)
+        lines = (line.removesuffix("\n").removesuffix(separator) for line in lines)
     if dialect.decimal == "comma":
         lines = _with_points(lines, "\t" if quoted else separator, layout)
     return lines

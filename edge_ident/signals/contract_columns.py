@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from edge_ident.errors import DataError
 from edge_ident.signals.recording import Array, AxisRecord, PassiveAxis, Recording, chosen_axes
 
+Rows = range | NDArray[np.intp]
+"""Row of the file that holds each sample: one after the other, or with some left out."""
+
 TIME: Final = "time_s"
 QUANTITIES: Final = {
     "position": ("rad", "m"),

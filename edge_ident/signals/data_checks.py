@@ -42,7 +42,7 @@ _TINY: Final = float(np.finfo(float).tiny)
 def check_table(
     source: str,
     columns: Mapping[str, Array],
-    first_row: int,
+    rows: contract_columns.Rows,
     held: str | None = None,
     time_column: tuple[str, float] | None = (contract_columns.TIME, 1.0),
 ) -> None:
@@ -53,8 +53,8 @@ def check_table(
     source : str
         File name for messages.
     columns : mapping of name to (N,) array
-    first_row : int
-        Row of the file that holds the first sample.
+    rows : range or (N,) array of int
+        Row of the file that holds each sample.
     held : str, optional
         Headings of the file, for messages.
     time_column : tuple of str and float, or None
@@ -73,8 +73,8 @@ def check_table(
     time_s = columns["time_s"]
     check_length(source, time_s)
     for name, values in columns.items():
-        check_finite(source, f"column {name}", values, first_row)
-    check_increasing(source, "column time_s", time_s, first_row)
+        check_finite(source, f"column {name}", values, rows)
+    check_increasing(source, "column time_s", time_s, rows)
     period_s = metrics.quantile(np.diff(time_s), 0.5)
     if not SMALLEST < period_s < _SLOWEST_S:
         paced = "slow" if period_s > SMALLEST else "fast"
@@ -117,15 +117,22 @@ def _without(recording: Recording, name: str) -> str:
     return f"; or leave this axis out: {others}" if others else ""
 
 
-def check_motions(recording: Recording, first_row: int = 0) -> None:
+def check_motions(recording: Recording, rows: contract_columns.Rows | None = None) -> None:
     """Check that every axis moves, and that its encoder follows it.
 
     Of the effort only what is there is looked at: a motion to follow needs none.
+
+    Parameters
+    ----------
+    recording : Recording
+    rows : range or (N,) array of int, optional
+        Row of the file that holds each sample; counted from 0 without.
 
     Raises
     ------
     DataError
     """
+    rows = range(len(recording.time_s)) if rows is None else rows
     for name, axis in recording.axes.items():
         _check_swapped(recording, name)
         where = f"{recording.source}, axis {name}, position"
@@ -144,11 +151,11 @@ def check_motions(recording: Recording, first_row: int = 0) -> None:
                 f"{where}: only noise, {np.ptp(position):.3g} {axis.position_unit} in all",
                 "check the sensor and that the drive was enabled",
             )
-        _check_spike(where, position, axis.position_unit, first_row)
+        _check_spike(where, position, axis.position_unit, rows)
         effort_where = f"{recording.source}, axis {name}, effort"
-        _check_spike(effort_where, axis.effort, axis.effort_unit, first_row)
-        _check_stuck(where, driver, position, first_row)
-        _check_jump(where, steps, np.diff(recording.time_s), first_row)
+        _check_spike(effort_where, axis.effort, axis.effort_unit, rows)
+        _check_stuck(where, driver, position, rows)
+        _check_jump(where, steps, np.diff(recording.time_s), rows)
         effort_encoding.check_magnitude(
             f"{recording.source}, axis {name}", recording.time_s, position, axis.effort
         )
@@ -211,7 +218,7 @@ def _left_by_base(time_s: Array, position: Array, effort: Array) -> float:
     return float(np.std(left) / max(float(np.std(signals.effort)), _TINY))
 
 
-def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
+def _check_spike(where: str, values: Array, unit: str, rows: contract_columns.Rows) -> None:
     """One sample far from both its neighbours, farther than nearly all others, and large.
 
     It leaves the line of its neighbours, and theirs lean to it by half of that: not so where an
@@ -232,13 +239,13 @@ def _check_spike(where: str, values: Array, unit: str, first_row: int) -> None:
     spikes = 1 + np.flatnonzero(alone & (here > _SPIKE_RATIO * usual))
     if len(spikes):
         raise DataError(
-            f"{where}, row {first_row + spikes[0]}: a spike of {off[spikes[0]]:.4g} {unit} in one "
+            f"{where}, row {rows[spikes[0]]}: a spike of {off[spikes[0]]:.4g} {unit} in one "
             f"sample ({usual:.2g} is usual; {len(spikes)} in all)",
             "remove these rows; uneven sampling is allowed",
         )
 
 
-def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> None:
+def _check_stuck(where: str, driver: Array, position: Array, rows: contract_columns.Rows) -> None:
     """No count for a large share of the record although reference or effort went far."""
     edges = np.flatnonzero(np.diff(position) != 0)
     bounds = np.concatenate([[0], edges + 1, [len(position)]])
@@ -247,12 +254,12 @@ def _check_stuck(where: str, driver: Array, position: Array, first_row: int) -> 
     driven = np.ptp(driver[first:last]) > 0.5 * np.ptp(driver)
     if driven and last - first > _STUCK_SHARE * len(position):
         raise DataError(
-            f"{where}: stuck from row {first_row + first} to row {first_row + last - 1}",
+            f"{where}: stuck from row {rows[first]} to row {rows[last - 1]}",
             "check the encoder's cable and counter; cut the file where the axis was at rest",
         )
 
 
-def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -> None:
+def _check_jump(where: str, distances: Array, passed_s: Array, rows: contract_columns.Rows) -> None:
     """One step far larger than the steps beside it and than nearly all others: lost counts. Across
     a gap of the time stamps an axis goes farther, and its mean speed counts."""
     steps = distances / np.maximum(passed_s / metrics.quantile(passed_s, 0.5), 1.0)
@@ -264,7 +271,7 @@ def _check_jump(where: str, distances: Array, passed_s: Array, first_row: int) -
     usual = max(metrics.quantile(moving, 0.99), float(np.min(moving)))
     jumps = alone[steps[alone] > _JUMP_RATIO * usual]
     if len(jumps):
-        row = first_row + jumps[0] + 1
+        row = rows[jumps[0] + 1]
         raise DataError(
             f"{where}, row {row}: jumps by {distances[jumps[0]]:.4g} in one sample "
             f"({usual:.2g} is usual)",
@@ -296,6 +303,7 @@ def check_arrays(recording: Recording) -> None:
         number is not finite; time goes back.
     """
     source, time_s = recording.source, recording.time_s
+    rows = range(len(time_s))
     for axis in recording.axes.values():
         check_type(axis, AxisRecord, "give an AxisRecord for each axis")
     _check_vector(f"{source}, time_s", time_s)
@@ -304,11 +312,11 @@ def check_arrays(recording: Recording) -> None:
             _check_vector(f"{source}, axis {name}, {quantity}", values)
     check_form(recording)
     check_length(source, time_s)
-    check_finite(source, "time_s", time_s, 0)
-    check_increasing(source, "time_s", time_s, 0)
+    check_finite(source, "time_s", time_s, rows)
+    check_increasing(source, "time_s", time_s, rows)
     for name, axis in recording.axes.items():
         for quantity, values in _signals(axis):
-            check_finite(source, f"axis {name}, {quantity}", values, 0)
+            check_finite(source, f"axis {name}, {quantity}", values, rows)
 
 
 def check_form(recording: Recording) -> None:
@@ -355,7 +363,7 @@ def check_length(source: str, time_s: Array) -> None:
         )
 
 
-def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
+def check_finite(source: str, what: str, values: Array, rows: contract_columns.Rows) -> None:
     """Check that every value is a number, and one that a machine has: its square is one, too.
 
     Parameters
@@ -363,8 +371,8 @@ def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
     source, what : str
         File and column, for messages.
     values : (N,) array
-    first_row : int
-        Row of the file that holds the first value.
+    rows : range or (N,) array of int
+        Row of the file that holds each value.
 
     Raises
     ------
@@ -378,12 +386,12 @@ def check_finite(source: str, what: str, values: Array, first_row: int) -> None:
             f"{value:.4g} is more than {LARGEST:g}" if np.isfinite(value) else "not a finite number"
         )
         raise DataError(
-            f"{source}, row {first_row + bad[0]}, {what}: {said} ({len(bad)} in all)",
+            f"{source}, row {rows[bad[0]]}, {what}: {said} ({len(bad)} in all)",
             "remove these rows; uneven sampling is allowed",
         )
 
 
-def check_increasing(source: str, what: str, time_s: Array, first_row: int) -> None:
+def check_increasing(source: str, what: str, time_s: Array, rows: contract_columns.Rows) -> None:
     """Check that time goes on from every sample to the next; parameters as of `check_finite`.
 
     Raises
@@ -392,7 +400,7 @@ def check_increasing(source: str, what: str, time_s: Array, first_row: int) -> N
     """
     back = np.flatnonzero(np.diff(time_s) <= 0)
     if len(back):
-        row = first_row + back[0] + 1
+        row = rows[back[0] + 1]
         again = np.count_nonzero(time_s[back + 1] <= time_s[1])
         if again == len(back) and back[0] + 1 >= MINIMUM_SAMPLES:
             raise DataError(

@@ -11,7 +11,7 @@ from edge_ident.errors import DataError
 from edge_ident.files.table import Column, Series, Table, merged, without_repetition
 from edge_ident.files.units import known_unit
 from edge_ident.signals.conditioning import Array, condition, encoder_count, unit_length
-from edge_ident.signals.contract_columns import EFFORTS, TIME, parse_name
+from edge_ident.signals.contract_columns import EFFORTS, TIME, Rows, parse_name
 from edge_ident.signals.filters import Mask, lowpass
 from edge_ident.signals.metrics import quantile
 from edge_ident.signals.read_columns import is_time
@@ -44,19 +44,19 @@ class OneClock:
     columns : mapping of name to (N,) array
     said : tuple of str
         What was done, one line each.
-    first_row : int
-        Row of the file that holds the first sample, 0 where rows have no number any more.
+    rows : range or (N,) array of int
+        Row of the file that holds each sample; counted from 0 where none does.
     """
 
     columns: Mapping[str, Array]
     said: tuple[str, ...]
-    first_row: int
+    rows: Rows
 
 
 def on_one_clock(
     columns: Mapping[str, Array],
     sparse: Collection[str],
-    first_row: int,
+    rows: Rows,
     effort_shift_s: float = 0.0,
 ) -> OneClock:
     """Bring columns to one clock: that of the slowest position or effort.
@@ -66,8 +66,8 @@ def on_one_clock(
     columns : mapping of name in the contract to (N,) array
     sparse : collection of str
         Columns in which NaN stands where they were not sampled.
-    first_row : int
-        Row of the file that holds the first sample.
+    rows : range or (N,) array of int
+        Row of the file that holds each sample.
     effort_shift_s : float
         Time from a row's stamp to when its effort acted.
 
@@ -77,13 +77,13 @@ def on_one_clock(
         The columns have no time in common.
     """
     if TIME not in columns:
-        return OneClock(columns, (), first_row)
+        return OneClock(columns, (), rows)
     if repeated := _repeated(columns):
         once = {name: values[~repeated[0]] for name, values in columns.items()}
-        made = on_one_clock(once, sparse, 0, effort_shift_s)
+        made = on_one_clock(once, sparse, np.array(rows)[~repeated[0]], effort_shift_s)
         return replace(made, said=(repeated[1], *made.said))
     if not (sparse or effort_shift_s):
-        return OneClock(columns, (), first_row)
+        return OneClock(columns, (), rows)
     known = {
         name: ~np.isnan(values) if name in sparse else np.ones(len(values), np.bool_)
         for name, values in columns.items()
@@ -95,7 +95,7 @@ def on_one_clock(
     one = np.count_nonzero(complete) >= _ONE_CLOCK * most
     ordered = bool(np.all(np.diff(columns[TIME][known[TIME]]) > 0.0))
     if (one and not effort_shift_s) or not ordered:
-        return _without_holes(columns, known, complete, first_row)
+        return _without_holes(columns, known, complete, rows)
     return _resampled(columns, known, leading, effort_shift_s)
 
 
@@ -114,24 +114,22 @@ def _repeated(columns: Mapping[str, Array]) -> tuple[Mask, str] | None:
 
 
 def _without_holes(
-    columns: Mapping[str, Array], known: Mapping[str, Mask], complete: Mask, first_row: int
+    columns: Mapping[str, Array], known: Mapping[str, Mask], complete: Mask, rows: Rows
 ) -> OneClock:
     """Rows in which position, effort and time are known; what else is missing is interpolated."""
-    rows = np.flatnonzero(complete)
     time = columns[TIME]
-    made = {name: values[rows] for name, values in columns.items()}
+    made = {name: values[complete] for name, values in columns.items()}
     for name, values in columns.items():
         here = known[name] & known[TIME]
-        if not known[name][rows].all() and np.any(here):
-            made[name] = np.interp(time[rows], time[here], values[here])
+        if not known[name][complete].all() and np.any(here):
+            made[name] = np.interp(time[complete], time[here], values[here])
     missing = np.flatnonzero(~complete)
-    if not len(missing) or not len(rows):
-        return OneClock(made, (), first_row)
-    where = f", the first in row {first_row + missing[0]}" if first_row else ""
+    if not len(missing) or not len(made[TIME]):
+        return OneClock(made, (), rows)
+    where = f", the first in row {rows[missing[0]]}" if rows[0] else ""
     what = "row has" if len(missing) == 1 else "rows have"
     said = f"{len(missing)} {what} an empty cell{where}: left out"
-    leads = bool(missing[-1] < rows[0]) or bool(missing[0] > rows[-1])
-    return OneClock(made, (said,), first_row + int(rows[0]) if leads and first_row else 0)
+    return OneClock(made, (said,), np.array(rows)[complete])
 
 
 def _resampled(
@@ -167,7 +165,7 @@ def _resampled(
     if effort_shift_s:
         side = "after" if effort_shift_s > 0.0 else "before"
         said = f"the effort is taken {abs(effort_shift_s):g} s {side} its row"
-    return OneClock(made, (said,), 0)
+    return OneClock(made, (said,), range(len(at)))
 
 
 def _at(at: Array, stamps: Array, values: Array, period_s: float, clock_s: float) -> Array:

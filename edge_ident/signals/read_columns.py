@@ -12,7 +12,8 @@ from edge_ident.errors import DataError
 from edge_ident.files.table import Column, split_heading, split_unknown
 from edge_ident.files.units import Unit, count_unit, stated_unit
 from edge_ident.signals.contract_columns import UNITS, parse_name
-from edge_ident.support.given import check_type
+from edge_ident.support.documents import LARGEST, SMALLEST
+from edge_ident.support.given import check_type, number
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,14 @@ class ReadOptions:
     def __post_init__(self) -> None:
         for name in ("columns", "units"):
             check_type(getattr(self, name), Mapping, f'give {name}={{"heading": "..."}}')
-        for name in ("period_s", "torque_constant"):
+        for name in ("resolution", "rated_effort"):
             if getattr(self, name) is not None:
-                check_type(getattr(self, name), Real, f"give a number for {name}")
+                check_type(getattr(self, name), str, f'give {name} as text, such as "8192/turn"')
+        if self.period_s is not None:
+            number("period_s", self.period_s, SMALLEST, LARGEST, "give s, such as 0.001")
+        if self.torque_constant is not None:
+            check_type(self.torque_constant, Real, "give a number for torque_constant")
+        number("effort_shift_s", self.effort_shift_s, -LARGEST, LARGEST, "give s, such as 0.001")
 
 
 # What a heading says of its column: which quantity, of which axis. Words are English and German,

@@ -91,7 +91,7 @@ class Inspection:
     options: tuple[str, ...]
     done: tuple[str, ...]
     _columns: Mapping[str, Array]
-    _first_row: int
+    _rows: contract_columns.Rows
     _effort_shift_s: float
     _axes: Sequence[str]
     _of_program: bool = False
@@ -152,12 +152,10 @@ class Inspection:
             for use in self.columns
             if use.target == contract_columns.TIME
         ]
-        data_checks.check_table(
-            self.source, columns, self._first_row, held, next(iter(times), None)
-        )
+        data_checks.check_table(self.source, columns, self._rows, held, next(iter(times), None))
         recording = contract_columns.recording_of(self.source, columns, self._effort_shift_s, held)
         recording = recording if self._axes else data_checks.resting_as_passive(recording)
-        data_checks.check_motions(recording, self._first_row)
+        data_checks.check_motions(recording, self._rows)
         return recording
 
 
@@ -199,7 +197,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
     rows = len(table.columns[0].values) if table.columns else 0
     asked = _encodings(table, mapping) if options.effort_encoding is None else {}
     questions = (*mapping.questions, *asked.values())
-    made = made_columns.OneClock({}, (), table.first_row)
+    made = made_columns.OneClock({}, (), range(0))
     if not questions:
         made = _converted(table, mapping, rows, options)
     return Inspection(
@@ -214,7 +212,7 @@ def inspect_recording(source: Source, options: ReadOptions | None = None) -> Ins
         options=(*mapping.options, *(x for name in asked for x in ("--effort-encoding", name))),
         done=made.said,
         _columns=made.columns,
-        _first_row=made.first_row,
+        _rows=made.rows,
         _effort_shift_s=_effort_shift_s(table),
         _axes=options.axes,
         _of_program=is_frame(source),
@@ -258,6 +256,7 @@ def load_recording(
     """
     options = options or ReadOptions()
     check_type(options, ReadOptions, 'give ReadOptions(columns={"pos": "x_position_rad"}, ...)')
+    check_type(rename or {}, Mapping, "give ReadOptions as options=")
     options = replace(options, columns={**options.columns, **(rename or {})})
     return inspect_recording(source, options).recording()
 
@@ -339,7 +338,8 @@ def _converted(
     if mapping.period_s is not None:
         columns[contract_columns.TIME] = mapping.period_s * np.arange(rows, dtype=np.float64)
     signed += _went_on(columns)
-    made = made_columns.on_one_clock(columns, sparse, table.first_row, options.effort_shift_s)
+    numbers = range(table.first_row, table.first_row + rows)
+    made = made_columns.on_one_clock(columns, sparse, numbers, options.effort_shift_s)
     whole, integrated = made_columns.with_integrated_speed(made.columns)
     return replace(made, columns=whole, said=(*signed, *made.said, *integrated))
 

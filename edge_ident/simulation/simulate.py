@@ -16,6 +16,7 @@ from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.signals import data_checks, recording
 from edge_ident.simulation import loop, machine
 from edge_ident.support.given import number
+from edge_ident.support.given import seed as check_seed
 from firmware_interface.gains import AxisGains
 from firmware_interface.motion import Trajectory
 from firmware_interface.plant.feed_drive import FEED_DRIVE, feed_drive
@@ -81,6 +82,7 @@ def simulate(
     8742
     """
     number("noise", noise, 0.0, 10.0, "give a share of the rms effort, such as 0.01")
+    check_seed(seed)
     if cycles is not None:
         number("cycles", cycles, 1, 10_000, "give a whole number of periods, or leave it out")
     exact = {"encoder_counts": encoder_counts, "effort_resolution": effort_resolution}

@@ -1,6 +1,6 @@
 """What a program gives as an argument."""
 
-from numbers import Real
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 
@@ -17,6 +17,18 @@ def number(name: str, value: object, low: float, high: float, next_step: str) ->
     """
     if not isinstance(value, Real) or not low <= float(value) <= high:
         raise DataError(f"{name} is {value!r}", next_step)
+
+
+def seed(value: object) -> None:
+    """Check that an argument is a seed of random numbers.
+
+    Raises
+    ------
+    DataError
+        It is no whole number, or below zero.
+    """
+    if not isinstance(value, Integral) or int(value) < 0:
+        raise DataError(f"seed is {value!r}", "give a whole number from 0 on")
 
 
 def type_of(given: object) -> str:

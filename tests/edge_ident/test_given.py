@@ -94,6 +94,14 @@ WRONG: dict[str, Callable[[edge_ident.Recording], object]] = {
     "an int is no path ": lambda r: edge_ident.survey(3),
     "a Recording is no Trajectory": lambda r: edge_ident.save_motion(r, "never.json"),
     "no method divination": lambda r: edge_ident.compare(r, methods="divination"),
+    "seed is -1": lambda r: edge_ident.simulate(seed=-1),
+    "seed is 0.5": lambda r: edge_ident.compare(r, seed=0.5),
+    "a ReadOptions is no Mapping": lambda r: edge_ident.load_recording(
+        "x.csv", edge_ident.ReadOptions()
+    ),
+    "period_s is -1": lambda r: edge_ident.ReadOptions(period_s=-1),
+    "effort_shift_s is 'a'": lambda r: edge_ident.ReadOptions(effort_shift_s="a"),
+    "an int is no str": lambda r: edge_ident.ReadOptions(resolution=8192),
     "cycles is 0": lambda r: edge_ident.simulate(cycles=0),
     "a dict is no ReadOptions": lambda r: edge_ident.load_recording("x.csv", options={"a": 1}),
     "a list is no Mapping": lambda r: edge_ident.ReadOptions(columns=[("a", "b")]),
@@ -129,6 +137,17 @@ def test_a_data_frame_is_answered_in_python(recording: edge_ident.Recording) -> 
             asked()
         assert "--" not in caught.value.cause + caught.value.next_step
         assert "ReadOptions(columns={'a': 'x_position_rad'" in caught.value.next_step
+
+
+@pytest.mark.parametrize("since", ["datetime64[ns]", "timedelta64[ns]"])
+def test_an_index_of_times_is_a_column_without_a_name(
+    since: str, recording: edge_ident.Recording
+) -> None:
+    axis = recording.axes["x"]
+    index = pd.Index(np.round(1e9 * recording.time_s).astype(since))
+    frame = pd.DataFrame({"x_position_rad": axis.position, "x_torque_nm": axis.effort}, index)
+    read = edge_ident.load_recording(frame)
+    np.testing.assert_allclose(read.time_s, recording.time_s, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,21 @@ def test_the_stop_of_a_board_is_pressed_by_a_command(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_the_link_of_a_board_that_was_killed_gives_way_to_what_it_leads_to(tmp_path: Path) -> None:
+    """A new pseudo-terminal gets the number of the old one."""
+    link = tmp_path / "board"
+    with running([*BOARD, str(link)], errors=None) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.kill()
+    assert link.is_symlink()
+    link.unlink()
+    link.symlink_to("/dev/null")  # something is there again
+    with running([*BOARD, str(link)], errors=None) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() == str(link)
+
+
 def test_a_link_takes_no_name_that_is_in_use(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     done = CliRunner().invoke(app, ["board", "--pty", "--link", str(tmp_path / "file")])

@@ -89,6 +89,12 @@ def test_writes_that_are_refused(shared: SharedBoard, name: str, value: str, cod
         assert shared.virtual._registers._words[span] == before[span]
 
 
+def test_a_code_that_is_none_is_answered_with_those_that_are(shared: SharedBoard) -> None:
+    code, _, errors = shared.run("registers", "watchdog.action", "--write=HALT", "--yes")
+    assert code == 2
+    assert "QUICK_STOP and COAST" in errors
+
+
 def test_a_board_that_is_busy_is_not_written_to(
     shared: SharedBoard, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -156,9 +156,10 @@ def test_rows_with_empty_cells_are_left_out_and_counted(
     assert len(found.recording().time_s) == len(TIME_S) - len(rows)
 
 
-def test_a_bad_value_beside_empty_cells_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("empty", [0, 20, 60])
+def test_a_bad_value_beside_an_empty_cell_is_refused_by_its_row(empty: int, tmp_path: Path) -> None:
     cells = [text(TIME_S), text(position(TIME_S)), text(effort(TIME_S))]
-    cells[1][0], cells[2][40] = "", "nan"
+    cells[1][empty], cells[2][40] = "", "nan"
     path = tmp_path / "blank.csv"
     path.write_text("time_s,x_position_rad,x_torque_nm\n" + lines(*cells))
     with pytest.raises(DataError, match="row 42, column x_torque_nm: not a finite number"):
@@ -209,6 +210,22 @@ def test_empty_cells_and_dates_of_a_spreadsheet(tmp_path: Path) -> None:
     assert found.done == ("1 row has an empty cell, the first in row 9: left out",)
     recording = found.recording()
     assert np.max(np.abs(recording.axes["x"].position - position(recording.time_s))) < 0.02
+
+
+def test_the_first_sheet_that_holds_a_table_is_read(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    book.active.append(["Prüfer", "A. Person"])
+    table = book.create_sheet("data")
+    table.append(["time_s", "x_position_rad", "x_torque_nm"])
+    for t in TIME_S[:600].tolist():
+        table.append([t, float(position(t)), float(effort(t))])
+    path = tmp_path / "book.xlsx"
+    book.save(path)
+    assert len(edge_ident.load_recording(path).time_s) == 600
+    table.delete_cols(2, 2)
+    book.save(path)
+    with pytest.raises(DataError, match="sheet Sheet"):
+        edge_ident.load_recording(path)
 
 
 def test_null_in_parquet_is_an_empty_cell(tmp_path: Path) -> None:

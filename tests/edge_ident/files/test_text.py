@@ -30,6 +30,7 @@ class Written:
     lines_before: int
     unit_row: bool
     open_end: bool
+    last_newline: bool = True
 
     def write(self, path: Path, rows: Sequence[Sequence[float]]) -> None:
         separator = DELIMITERS[self.delimiter]
@@ -40,7 +41,7 @@ class Written:
         for row in rows:
             cells = (repr(v).replace(".", DECIMALS[self.decimal]) for v in row)
             lines.append(separator.join(cells) + (separator if self.open_end else ""))
-        text = self.newline.join(lines) + self.newline
+        text = self.newline.join(lines) + self.newline * self.last_newline
         path.write_bytes(text.encode(self.encoding))
 
 
@@ -53,6 +54,7 @@ dialects = st.builds(
     lines_before=st.integers(0, 3),
     unit_row=st.booleans(),
     open_end=st.booleans(),
+    last_newline=st.booleans(),
 ).filter(lambda way: not way.delimiter == way.decimal == "comma")
 numbers = st.floats(-1e6, 1e6, allow_subnormal=False)
 tables = st.lists(st.tuples(numbers, numbers, numbers), min_size=3, max_size=30)

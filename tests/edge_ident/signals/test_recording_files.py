@@ -126,8 +126,19 @@ def test_an_archive_of_something_else_is_refused(tmp_path: Path) -> None:
         load_recording(tmp_path / "a.npz")
     tables = {name: np.column_stack([values, values]) for name, values in columns().items()}
     np.savez(tmp_path / "b.npz", allow_pickle=False, **tables)
-    with pytest.raises(DataError, match="not all of its arrays are columns"):
+    with pytest.raises(DataError, match="not certain which column is what"):
         load_recording(tmp_path / "b.npz")
+    texts = {name: np.array(["a"] * 400) for name in columns()}
+    np.savez(tmp_path / "c.npz", allow_pickle=False, **texts)
+    with pytest.raises(DataError, match=r"no two series of numbers.*time_s \(text\)"):
+        load_recording(tmp_path / "c.npz")
+
+
+def test_an_archive_may_hold_columns_of_one_and_words(tmp_path: Path) -> None:
+    upright = {name: values[:, np.newaxis] for name, values in columns().items()}
+    np.savez(tmp_path / "a.npz", name="drive 3", **upright)
+    axis = load_recording(tmp_path / "a.npz").axes["x"]
+    np.testing.assert_array_equal(axis.position, columns()["x_position_rad"])
 
 
 def test_files_from_a_spreadsheet_are_read(tmp_path: Path) -> None:
