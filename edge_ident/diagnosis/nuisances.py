@@ -498,15 +498,15 @@ def own_values(
         return []
     if one_way(data):
         return [_SHARED]
-    last, effort_unit = recordings[-1].source, recordings[-1].axes[name].effort_unit
+    last, axis = recordings[-1].source, recordings[-1].axes[name]
+    units = dict(zip(PARAMETERS, axis.parameter_units, strict=True))
     differ: dict[str, list[str]] = {}
     for parameter, source, value in _certain(recordings, data, model):
+        said = f"{value:+.3g} {units[parameter]} in {source}"
         if parameter == "offset":
-            differ.setdefault("offset", []).append(f"{value:+.3g} {effort_unit} in {source}")
+            differ.setdefault("offset", []).append(said)
         else:
-            share = value / float(model.base[PARAMETERS.index(parameter)])
-            said = f"{parameter.replace('_', ' ')} {share:+.1%} in {source}"
-            differ.setdefault("friction", []).append(said)
+            differ.setdefault("friction", []).append(f"{parameter.replace('_', ' ')} {said}")
     return [
         Finding(
             _DIFFER[what][0],

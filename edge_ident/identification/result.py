@@ -196,11 +196,10 @@ class AxisIdentification:
         return tuple(finding for finding in self.findings if finding.blocks)
 
     def _known(self, estimate: Estimate, codes: Sequence[str]) -> tuple[bool, ...]:
-        doubted = [code for code in codes if code.startswith(OF_PARAMETERS)]
-        # what is no doubt about single parameters is one about all
-        sure = doubted == list(codes) and "inseparable" not in doubted
+        single = [c for c in codes if c.startswith(OF_PARAMETERS) and c.endswith(PARAMETERS)]
+        sure = single == list(codes)  # what is no doubt about single parameters is one about all
         return tuple(
-            sure and narrow and not any(code.endswith(name) for code in doubted)
+            sure and narrow and not any(code.endswith(name) for code in single)
             for narrow, name in zip(worth_acting_on(estimate), PARAMETERS, strict=True)
         )
 
