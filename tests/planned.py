@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import error_budget, missed
+from edge_ident.diagnosis.budget.account import Missed, fitted_curves
 from edge_ident.diagnosis.fit.candidates import base_regressor, candidates, grid, regressors
 from edge_ident.diagnosis.fit.candidates import term as term_of
 from edge_ident.diagnosis.fit.fitting import FittedTerm, fit
@@ -135,7 +135,7 @@ def diagnosed(recording: Recording, cause: str, *alternatives: str) -> Diagnosis
         noise_floor=floor.rms / rms(data.effort[data.valid]),
         noise_floor_source=floor.source,
         model=replace(start.axis, terms=known),
-        budget=error_budget(missed(data, start, floor, ("rad", "N*m"), {})),
+        budget=fitted_curves(Missed(data, start, floor.rms)).budget,
         cutoff_hz=data.segments[0].cutoff_hz,
         knee_hz=data.segments[0].band.knee_hz,
         traces=traces(data, start, start, []),

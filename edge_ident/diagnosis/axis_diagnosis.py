@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.above_band.content import above_band
 from edge_ident.diagnosis.axis_search import AxisSearch, search_axis, with_ripples_everywhere
-from edge_ident.diagnosis.budget.account import error_budget, missed
+from edge_ident.diagnosis.budget.account import Missed, fitted_curves
 from edge_ident.diagnosis.error_budget import AgreeingCurve
 from edge_ident.diagnosis.fit.deviations import friction_line, with_trades
 from edge_ident.diagnosis.fit.fitting import FittedModel, contributions, delayed, fit
@@ -34,7 +34,7 @@ from edge_ident.diagnosis.judge.above_band_causes import (
 from edge_ident.diagnosis.judge.causes import causes, not_testable, strongest_first
 from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.measures import Validation, Verdict
-from edge_ident.diagnosis.nuisances import Difference, difference
+from edge_ident.diagnosis.nuisances import Difference
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
@@ -44,8 +44,8 @@ from edge_ident.diagnosis.recording_checks import (
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.selection import fitted_base
-from edge_ident.diagnosis.validation import Judged, with_curves, with_sources
 from edge_ident.diagnosis.validation import judge as judge_elsewhere
+from edge_ident.diagnosis.validation import with_curves, with_sources
 from edge_ident.model.effects import named
 from edge_ident.model.inverse import made_physical
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Estimate, Term
@@ -62,13 +62,8 @@ class AxisProblem:
     ----------
     recordings : sequence of Recording
         With mended stamps, long ones in parts.
-    name : str
-        Of the axis.
-    template : AxisModel
-        The axis with the effects that it is known to have.
     validates : sequence of Recording
         Another recording, in parts; none if there is none.
-    rules : Rules
     """
 
     recordings: Sequence[Recording]
@@ -106,13 +101,13 @@ def diagnose_axis(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | Non
 class _Outcome:
     """An axis after the recordings themselves and, where there is one, another have judged it.
 
-    `base` is the base model without the ripples that were found above the band, and `above` the rms
-    of what it misses there.
+    `vibrations` are not in its model any more. `base` is the base model without the ripples that
+    were found above the band, and `above` the rms of what it misses there.
     """
 
     search: AxisSearch
+    vibrations: tuple[Term, ...]
     base: FittedModel
-    carried: Judged
     curves: tuple[AgreeingCurve, ...]
     above: float
 
@@ -141,20 +136,20 @@ def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     known = with_ripples(template, content, tolerance)
     found = _without_orders(found, known, (*out_of_step, *doubtful))
     data, start = found.data, found.selected.start
-    carried, other = Judged(found.judged.supported.without_vibrations(data)), None
+    supported, other = found.judged.supported, None
+    judged = replace(found.judged, supported=supported.without_vibrations(data))
     if problem.validates:
-        other = problem.prepared(problem.validates, carried.supported.model.axis)
-        model = carried.supported.model
-        carried = judge_elsewhere(data, other, start, carried.supported, tolerance)
-        if carried.unexplained or carried.suspected:
-            found = _with_difference(problem, found, difference(data, other, model, tolerance))
+        other = problem.prepared(problem.validates, judged.supported.model.axis)
+        judged, differs = judge_elsewhere(data, other, start, judged, tolerance)
+        found = _with_difference(problem, found, differs)
     base = start if start.template is template else fitted_base(data, template)
     curves: tuple[AgreeingCurve, ...] = ()
-    if carried.verdict(found.judged.verdict) is Verdict.UNEXPLAINED and not found.blocked:
-        carried, curves = with_curves(data, other, carried, found.floor)
-    outcome = _Outcome(found, base, carried, curves, content.missed)
+    if judged.verdict is Verdict.UNEXPLAINED and not found.blocked:
+        judged, curves = with_curves(data, other, judged, found.floor)
+    found = replace(found, judged=judged)
+    outcome = _Outcome(found, supported.vibrations, base, curves, content.missed)
     result = _axis_diagnosis(outcome, recordings)
-    return with_band_content(result, content, template, tolerance), carried.validation
+    return with_band_content(result, content, template, tolerance), judged.validation
 
 
 def _with_difference(
@@ -181,21 +176,26 @@ def _without_orders(found: AxisSearch, axis: AxisModel, doubtful: tuple[Cause, .
 def _axis_diagnosis(outcome: _Outcome, recordings: Sequence[Recording]) -> AxisDiagnosis:
     search, base = outcome.search, outcome.base
     data, judged, selected = search.data, search.judged, search.selected
-    model = outcome.carried.supported.model
+    model = judged.supported.model
     left = float(np.sqrt(model.error / np.count_nonzero(data.valid)))
     deviations = with_trades(data, selected.start, model, search.floor.rms)
     line = friction_line(data, selected.start, model, search.floor.rms)
     extended = replace(model_fit(data, model, deviations), effective=line)
     found, minor = _named(outcome, deviations, recordings)
     seen = traces(data, base, model, contributions(data, model))
-    written = outcome.carried.carried((*found, *minor))
+    missed = Missed(data, base, search.floor.rms, seen.contributions, outcome.above)
+    written = [
+        cause
+        for cause in (*found, *minor)
+        if judged.validation is None or not named(cause.term.effect).tied_to_time
+    ]
     return AxisDiagnosis(
-        verdict=outcome.carried.verdict(judged.verdict),
+        verdict=judged.verdict,
         causes=found,
-        suspected=strongest_first((*judged.suspected, *outcome.carried.suspected)),
+        suspected=judged.suspected,
         minor=strongest_first((*minor, *judged.minor)),
         refused=judged.supported.refused,
-        external_vibrations=_vibrations(judged.supported.vibrations, data, recordings),
+        external_vibrations=_vibrations(outcome.vibrations, data, recordings),
         converged=judged.supported.converged,
         not_testable=not_testable(selected.search, model, left),
         base=model_fit(data, base, with_trades(data, base, base, search.floor.rms)),
@@ -208,9 +208,7 @@ def _axis_diagnosis(outcome: _Outcome, recordings: Sequence[Recording]) -> AxisD
         knee_hz=max(s.band.knee_hz for s in data.segments),
         traces=seen,
         curves=outcome.curves,
-        budget=error_budget(
-            missed(data, base, search.floor, model.axis.units, seen.contributions, outcome.above)
-        ),
+        budget=fitted_curves(missed).budget,
         findings=with_unrecorded_axes(search.checks, recordings, data, model, search.floor),
     )
 
@@ -219,7 +217,7 @@ def _named(
     outcome: _Outcome, deviations: Array, recordings: Sequence[Recording]
 ) -> tuple[tuple[Cause, ...], tuple[Cause, ...]]:
     """Causes and minor causes of the model, the strongest first."""
-    search, supported = outcome.search, outcome.carried.supported
+    search, supported = outcome.search, outcome.search.judged.supported
     data, model = search.data, supported.model
     space = base_space(data, search.selected.start)
     found = causes(supported, own_shares(data, model, space), deviations)
@@ -262,7 +260,6 @@ def written_model(
         The axis with the effects that it is known to have; those keep their ranges.
     estimate : Estimate
         Of the base parameters.
-    causes : sequence of Cause
     data : AxisData
         What the estimate and the causes come from.
     """

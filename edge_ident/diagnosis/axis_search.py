@@ -50,11 +50,8 @@ class AxisSearch:
 
     Attributes
     ----------
-    selected : Selected
-    floor : NoiseFloor
     checks : tuple of Finding
         On the recordings; those that block forbid every cause.
-    judged : Judgement
     """
 
     selected: Selected
@@ -86,15 +83,8 @@ def search_axis(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
     efforts : sequence of sequence of Finding
         On the effort of each recording.
-    rules : Rules
-    data : AxisData
-    known : AxisModel
-        The axis with what it is known to have.
     """
     data = adequate_data(data, known, rules.tolerance)
     laws = controllers_laws(recordings, name, data)
@@ -139,16 +129,16 @@ def _judged(
     """What was selected, judged beside what was said of the recordings."""
     search, start, model = selected.search, selected.start, selected.supported.model
     floor = noise_floor(search.data, start, float(model.base[0]))
-    floor = floor.at_most(rms_left(search.data, model, search.criterion.samples))
+    floor = floor.at_most(rms_left(search.data, model, search.samples))
     checks = findings(recordings, name, search.data, model, said)
-    judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
+    judged = judge(search, selected.supported, floor, rules, _blocked(checks))
     if _blocked(checks) is None:
         checks = (
             *checks,
             *_of_their_own(recordings, name, selected, judged.verdict, rules.tolerance),
         )
         if _blocked(checks) is not None:
-            judged = judge(search, start, selected.supported, floor, rules, _blocked(checks))
+            judged = judge(search, selected.supported, floor, rules, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)
 
 
@@ -188,17 +178,7 @@ _MISSING: Final = "above the band, where the axis passes it faster, less than ha
 def with_ripples_everywhere(
     found: AxisSearch, recordings: Sequence[Recording], name: str, tolerance: float
 ) -> AxisSearch:
-    """The search without ripples that are not there above the band; these are suspected.
-
-    Parameters
-    ----------
-    found : AxisSearch
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
-    """
+    """The search without ripples that are not there above the band; these are suspected."""
     data, judged = found.data, found.judged
     supported, model = judged.supported, judged.supported.model
     missing = _missing(found, recordings, name)

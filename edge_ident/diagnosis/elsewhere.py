@@ -82,9 +82,6 @@ def structure_elsewhere(
     ----------
     data, other : AxisData
         The recording to which the model was fitted, and the other one.
-    model : FittedModel
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
     """
     anew, left = fitted_anew(model), residual_elsewhere(other, model, fitted_anew(model))
     lasting, drifting = _lasting(model), _drifting(model)

@@ -55,7 +55,6 @@ def with_motion_errors(diagnosis: Diagnosis, recordings: Sequence[Recording]) ->
 
     Parameters
     ----------
-    diagnosis : Diagnosis
     recordings : sequence of Recording
         Those of the diagnosis; only those with all its axes tell.
     """
@@ -98,7 +97,6 @@ class _Course:
         Smooth.
     poles : (A, 1) array
         Of the feedback, in rad/s.
-    step_s : float
     """
 
     recordings: tuple[Recording, ...]

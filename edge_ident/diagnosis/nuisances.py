@@ -97,26 +97,20 @@ def instead_of_causes(selected: Selected, tolerance: float) -> Finding | None:
 
     Where nothing was selected, it has to explain the effort: else a search goes on. Where a delay
     was, a filter has to be decidedly better: by either the effort is late.
-
-    Parameters
-    ----------
-    selected : Selected
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
     """
     search, start, data = selected.search, selected.start, selected.search.data
-    model, criterion, count = selected.supported.model, search.criterion, int(np.sum(data.valid))
+    model, count = selected.supported.model, int(np.sum(data.valid))
     noise = search.noise
-    if criterion.room(start, noise) <= ADDED_TERM:
+    if search.room <= ADDED_TERM:
         return None
     # two that leave no structure are not told apart by what they leave
     least = STRUCTURE**2 * noise
-    most = criterion.value(replace(model, error=max(model.error, least)))
+    most = search.value(replace(model, error=max(model.error, least)))
     most += -DECISIVE if selected.late else DECISIVE
     of_base = max(start.error - noise, 0.0)
     for one in (*_another_clock(selected), *_behind_filters(selected)):
         size, error = _least(one.left, one.tried, count) or (0.0, start.error)
-        value = criterion.misfit(max(error, least)) + one.parameters * math.log(criterion.samples)
+        value = search.misfit(max(error, least)) + one.parameters * math.log(search.samples)
         if value > most or error - noise > (1.0 - SHARE_OF_DELAY) * of_base:
             continue
         changed = replace(start, error=error)
@@ -325,13 +319,8 @@ def differences(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
     selected : Selected
         Of all recordings.
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
     anew : bool
         Whether a model is selected from the first recording alone: that of all leaves structure.
     """
@@ -357,11 +346,8 @@ def difference(
 
     Parameters
     ----------
-    first, other : AxisData
     model : FittedModel
         Its terms are asked, but for those that are tied to time.
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
 
     Returns
     -------
@@ -487,10 +473,6 @@ def own_values(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
-    data : AxisData
     model : FittedModel
         Fitted to all of them.
     """

@@ -60,10 +60,6 @@ def findings(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
-    data : AxisData
     extended : FittedModel
         That the selection ends with.
     said : sequence of Finding
@@ -464,17 +460,12 @@ def feedback_law(segment: Segment, effort: Array, regressor: Array, rotary: bool
 
     Parameters
     ----------
-    segment : Segment
     effort : (n,) array
         Filtered, at the compared samples.
     regressor : (n, 4) array
         Columns of the base model, filtered alike.
     rotary : bool
         Whether positions are angles, which a weight may follow.
-
-    Returns
-    -------
-    FeedbackLaw
     """
     valid = segment.valid
     answers = [_answer(segment, lag)[valid] for lag in _LAGS]

@@ -106,13 +106,10 @@ class Refused:
     effect : str
     reason : str
         The decision in words.
-    instead : str
-        The effect that took its place, if one did.
     """
 
     effect: str
     reason: str
-    instead: str = ""
 
 
 @dataclass(frozen=True)

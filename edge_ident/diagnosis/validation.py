@@ -37,7 +37,9 @@ from edge_ident.diagnosis.fit.linear import orthonormal
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor
 from edge_ident.diagnosis.fit.summary import base_space, nonzero_rms, own_shares
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
+from edge_ident.diagnosis.judge.judgement import Judgement
 from edge_ident.diagnosis.measures import CarriedCause, Validation, Verdict
+from edge_ident.diagnosis.nuisances import Difference, difference
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.cross_validation import unsized
@@ -59,73 +61,43 @@ _NOT_JUDGED: Final = (
 )
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A model after another recording has judged it, or none has.
-
-    Attributes
-    ----------
-    supported : SupportedModel
-        With what carries over, and the terms that are tied to time.
-    suspected : tuple of Cause
-        What does not carry over; the decision says why.
-    validation : Validation or None
-    unexplained : bool
-        Whether the other recording has structure left.
-    """
-
-    supported: SupportedModel
-    suspected: tuple[Cause, ...] = ()
-    validation: Validation | None = None
-    unexplained: bool = False
-
-    def verdict(self, verdict: Verdict) -> Verdict:
-        """The verdict of both recordings, from that of the first one."""
-        if self.unexplained:
-            return Verdict.UNEXPLAINED
-        nothing_named = all(support.minor for support in self.supported.support)
-        if self.suspected and nothing_named and verdict is Verdict.EXPLAINED:
-            return Verdict.ADEQUATE
-        return verdict
-
-    def carried(self, causes: tuple[Cause, ...]) -> tuple[Cause, ...]:
-        """Causes for the model file: where another recording judges, none that is tied to time."""
-        if self.validation is None:
-            return causes
-        return tuple(cause for cause in causes if not named(cause.term.effect).tied_to_time)
-
-
 def judge(
-    data: AxisData,
-    other: AxisData,
-    base: FittedModel,
-    supported: SupportedModel,
-    tolerance: float,
-) -> Judged:
-    """Let another recording judge a supported model; see `carry_over`.
-
-    Parameters
-    ----------
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
-    """
-    model = supported.model
-    other = in_step_beside(other, model.axis)
-    found, kept, validation = carry_over(data, other, base, model)
+    data: AxisData, other: AxisData, base: FittedModel, judged: Judgement, tolerance: float
+) -> tuple[Judgement, Difference | None]:
+    """Let another recording judge a supported model (see `carry_over`); with what is not as in that
+    recording, where the model leaves something there."""
+    supported, model = judged.supported, judged.supported.model
+    in_step = in_step_beside(other, model.axis)
+    found, kept, validation = carry_over(data, in_step, base, model)
     lost = [k for k in range(len(model.terms)) if k not in kept]
-    suspected: tuple[Cause, ...] = ()
+    suspected: list[Cause] = []
     if lost:
-        every = causes(
-            supported,
-            own_shares(data, model, base_space(data, base)),
-            standard_deviations(data, model),
-        )
-        reasons = {k: validation.causes[k].reason for k in lost}
-        suspected = strongest_first(replace(every[k], decision=reasons[k]) for k in lost)
-    unexplained = structure_elsewhere(data, other, found, tolerance)
-    if lost and leaves_structure(data, base, found, tolerance):
-        unexplained = True
-    return Judged(supported.of(found, kept), suspected, validation, unexplained)
+        shares = own_shares(data, model, base_space(data, base))
+        every = causes(supported, shares, standard_deviations(data, model))
+        suspected = [replace(every[k], decision=validation.causes[k].reason) for k in lost]
+    unexplained = structure_elsewhere(data, in_step, found, tolerance)
+    unexplained |= bool(lost) and leaves_structure(data, base, found, tolerance)
+    carried = replace(
+        judged,
+        verdict=verdict_of_both(judged.verdict, supported.of(found, kept), lost, unexplained),
+        supported=supported.of(found, kept),
+        suspected=strongest_first((*judged.suspected, *suspected)),
+        validation=validation,
+    )
+    doubtful = unexplained or lost
+    return carried, difference(data, other, model, tolerance) if doubtful else None
+
+
+def verdict_of_both(
+    verdict: Verdict, kept: SupportedModel, lost: Sequence[int], unexplained: bool
+) -> Verdict:
+    """The verdict of both recordings, from that of the first one and what carries over."""
+    if unexplained:
+        return Verdict.UNEXPLAINED
+    nothing_named = all(support.minor for support in kept.support)
+    if lost and nothing_named and verdict is Verdict.EXPLAINED:
+        return Verdict.ADEQUATE
+    return verdict
 
 
 def carry_over(
@@ -141,8 +113,6 @@ def carry_over(
         The same axis in another recording.
     base : FittedModel
         Fitted without any added term.
-    model : FittedModel
-        Without external vibrations.
 
     Returns
     -------
@@ -253,7 +223,6 @@ def with_sources(
         Of all recordings together.
     model : FittedModel
         Fitted to them.
-    recordings : sequence of Recording
     """
     sources = tuple(recording.source for recording in recordings)
     if len(sources) == 1:
@@ -282,8 +251,8 @@ def with_sources(
 
 
 def with_curves(
-    data: AxisData, other: AxisData | None, judged: Judged, floor: NoiseFloor
-) -> tuple[Judged, tuple[AgreeingCurve, ...]]:
+    data: AxisData, other: AxisData | None, judged: Judgement, floor: NoiseFloor
+) -> tuple[Judgement, tuple[AgreeingCurve, ...]]:
     """A judged model with the curves that hold, and these.
 
     Parameters
@@ -292,8 +261,6 @@ def with_curves(
         That the model was fitted to.
     other : AxisData or None
         Another recording of the axis, in step beside the model.
-    judged : Judged
-    floor : NoiseFloor
     """
     model = judged.supported.model
     found = curves_beside(data, model, floor)

@@ -143,26 +143,14 @@ def _residual(axis: AxisDiagnosis) -> str:
     return f"the residual {falls} of the effort; noise alone leaves {percent(axis.noise_floor)}"
 
 
-def suspected_sentence(cause: Cause) -> str:
-    """Why an effect is suspected only."""
-    return (
-        f"suspected only: {spoken(cause.term.effect)} ({percent(cause.share)} of the effort), "
-        f"because {cause.decision}"
-    )
-
-
-def minor_sentence(cause: Cause) -> str:
-    """A certain effect that is too small to be named."""
-    return (
-        f"minor: {spoken(cause.term.effect)} ({percent(cause.share)} of the effort): "
-        f"{cause.decision}"
-    )
-
-
 def not_accepted(axis: AxisDiagnosis) -> list[str]:
     """One sentence for each suspected and each minor cause."""
-    suspected = [suspected_sentence(cause) for cause in axis.suspected]
-    return suspected + [minor_sentence(cause) for cause in axis.minor]
+    suspected = [f"suspected only: {_with_share(c)}, because {c.decision}" for c in axis.suspected]
+    return suspected + [f"minor: {_with_share(c)}: {c.decision}" for c in axis.minor]
+
+
+def _with_share(cause: Cause) -> str:
+    return f"{spoken(cause.term.effect)} ({percent(cause.share)} of the effort)"
 
 
 def timing_sentence(timing: Timing) -> str:
@@ -213,7 +201,6 @@ def can_be_planned(axis: AxisDiagnosis, axes: int) -> bool:
 
     Parameters
     ----------
-    axis : AxisDiagnosis
     axes : int
         Number of axes in the recordings. With one, no motion shows what a second one does.
     """

@@ -103,9 +103,6 @@ def above_band(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
     data : AxisData
         The same, prepared.
     known : Model, optional

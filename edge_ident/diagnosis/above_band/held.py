@@ -41,9 +41,6 @@ def held(
 
     Parameters
     ----------
-    recording : Recording
-    name : str
-        Of the axis.
     lines : sequence of SpectralLine
         Of constant frequency.
     axis : AxisModel
@@ -77,12 +74,10 @@ def may_hold_order(wide: WideSignals, above: Array, rate: float, amplitude: floa
 
     Parameters
     ----------
-    wide : WideSignals
     above : (N,) array
         What is left of its effort above the band.
     rate : float
         rad per unit of position.
-    amplitude : float
     """
     cell = math.tau / float(np.ptp(wide.position))
     steps = np.arange(-2 * _CELLS, 2 * _CELLS + 1, dtype=np.float64)

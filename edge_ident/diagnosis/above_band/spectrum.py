@@ -131,7 +131,6 @@ def over_position(signal: Array, position: Array, energy_at: tuple[Array, Array]
     ----------
     signal : (N,) array
         Multiplied by the conjugate of what multiplies a sinusoid in it.
-    position : (N,) array
     energy_at : two (F,) arrays
         Rates, and the energy of a sinusoid of amplitude one at them; zero where none is searched.
     """

@@ -111,8 +111,6 @@ class Rest:
         Power of the noise in each, per Hz.
     sinusoids : (N,) array
         What they make.
-    weight : (N,) array
-    wide : WideSignals
     """
 
     left: Array
@@ -127,10 +125,8 @@ class Rest:
 
         Parameters
         ----------
-        wide : WideSignals
         waves : (W, N) array
             Orders and lines that were found before.
-        inertia : float
         density : float
             Power of the white noise of the effort, per Hz.
         """

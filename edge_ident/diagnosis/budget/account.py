@@ -8,7 +8,7 @@ repeats.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
@@ -19,9 +19,7 @@ from edge_ident.diagnosis.budget.curves import (
     HISTORY,
     LOAD,
     Curve,
-    Stretch,
-    curve_of,
-    kinds,
+    curves_of,
     law_of,
 )
 from edge_ident.diagnosis.budget.smoothing import Fit, Products, fitted
@@ -36,8 +34,9 @@ from edge_ident.diagnosis.error_budget import (
     ErrorBudget,
 )
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, kept_period
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.fit.linear import orthonormal
+from edge_ident.diagnosis.fit.noise_floor import kept_period
+from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.select.thresholds import STRUCTURE
 from edge_ident.model.effects import named
 from edge_ident.model.model import NORMAL_90
@@ -51,7 +50,6 @@ ALIKE: Final = 0.9
 imitate, from which the motion does not tell the two apart."""
 _RIDGE: Final = 1e-6
 """Share of an effort beyond the base model, below which the base model has it already."""
-_RANK: Final = 1e-7
 _SMOOTHED: Final = 20
 """Parts of a spectrum over one of which its power is averaged to either side."""
 _TINY: Final = float(np.finfo(float).tiny)
@@ -63,59 +61,51 @@ class Missed:
 
     Attributes
     ----------
-    residual : (n,) array
-        Orthogonal to the base.
-    base : (n, P) array
-        Columns that the base model has.
-    effort : (n,) array
-        The whole.
-    block : (n,) array of int
-        Numbers of the blocks of time.
-    stretches : sequence of Stretch
-        The motion, recording by recording.
+    model : FittedModel
+        The base model, fitted to it.
     noise : float
         Rms that noise alone leaves.
+    contributions : mapping of effect to array
+        What the effects of a diagnosis contribute, at all samples.
     above : float
         Rms of what is missed above the band.
-    laws : mapping of effect to (n,) array
-        What the effects of a diagnosis contribute.
-    curves : sequence of Curve
-        Along that motion.
-    units : (str, str)
-        Of position and effort.
-    cutoff_hz : float
     """
 
-    residual: Array
-    base: Array
-    effort: Array
-    block: NDArray[np.intp]
-    stretches: Sequence[Stretch]
+    data: AxisData
+    model: FittedModel
     noise: float
-    above: float
-    laws: Mapping[str, Array]
-    curves: Sequence[Curve]
-    units: tuple[str, str]
-    cutoff_hz: float
+    contributions: Mapping[str, Array] = field(default_factory=dict)
+    above: float = 0.0
+
+    @cached_property
+    def residual(self) -> Array:
+        """What is left, (n,), orthogonal to the base."""
+        return (self.data.effort - self.model.predicted)[self.data.valid]
+
+    @property
+    def effort(self) -> Array:
+        """The whole, (n,)."""
+        return self.data.effort[self.data.valid]
+
+    @property
+    def block(self) -> NDArray[np.intp]:
+        """Numbers of the blocks of time, (n,)."""
+        return self.data.block[self.data.valid]
+
+    @property
+    def laws(self) -> dict[str, Array]:
+        """What the effects contribute, (n,) each."""
+        return {name: part[self.data.valid] for name, part in self.contributions.items()}
+
+    @property
+    def curves(self) -> Sequence[Curve]:
+        """Along that motion, made once."""
+        return self.data.once(curves_of, lambda: curves_of(self.data))
 
     @property
     def scale(self) -> float:
         """Rms of the residual."""
         return max(float(np.sqrt(np.mean(self.residual**2))), _TINY)
-
-
-def error_budget(missed: Missed) -> ErrorBudget:
-    """Say where the effort lies that a base model misses.
-
-    Parameters
-    ----------
-    missed : Missed
-
-    Returns
-    -------
-    ErrorBudget
-    """
-    return fitted_curves(missed).budget
 
 
 def fitted_curves(missed: Missed) -> "Account":
@@ -131,26 +121,14 @@ def fitted_curves(missed: Missed) -> "Account":
 
 def products_of(missed: Missed, curves: Sequence[Curve]) -> Products:
     """Products of curves and of what is missed, in units of its scale."""
-    ways = parts(missed.block, _coordinates(missed))
-    columns = [curve.columns for curve in curves]
-    return Products.of(_independent(missed.base), columns, missed.residual / missed.scale, ways)
-
-
-def _independent(base: Array) -> Array:
-    """Orthogonal columns that span those of the base: along a motion of one direction, direction
-    and offset are the same."""
-    length = np.maximum(np.sqrt(np.mean(base**2, axis=0)), _TINY)
-    left, singular, _ = np.linalg.svd(base / length, full_matrices=False)
-    return np.asarray(left[:, singular > _RANK * singular[0]])
-
-
-def _coordinates(missed: Missed) -> list[Array]:
-    """Position, speed and acceleration at the compared samples."""
-    names = ("position", "velocity", "acceleration")
+    data, valid = missed.data, missed.data.valid
     position, velocity, acceleration = (
-        np.concatenate([getattr(s.motion, name)[s.at] for s in missed.stretches]) for name in names
+        data.of_motion(name)[valid] for name in ("position", "velocity", "acceleration")
     )
-    return [position, np.abs(velocity), acceleration]
+    ways = parts(missed.block, [position, np.abs(velocity), acceleration])
+    # along a motion of one direction, direction and offset are the same
+    base = orthonormal(missed.model.jacobian[valid])
+    return Products.of(base, curves, missed.residual / missed.scale, ways)
 
 
 def _place(effect: str) -> str:
@@ -204,8 +182,8 @@ class Account:
             entries=(*entries, *self._rest(whole)),
             missed=float(np.sqrt(whole)),
             share_of_effort=float(np.sqrt(whole)) / effort,
-            cutoff_hz=missed.cutoff_hz,
-            unit=missed.units[1],
+            cutoff_hz=max(s.cutoff_hz for s in missed.data.segments),
+            unit=missed.model.axis.effort_unit,
         )
 
     @cached_property
@@ -315,8 +293,8 @@ class Account:
         values = shown @ self.model.coefficients[place]
         covariance = self.model.covariance[place, place] * self._colour(k)
         std = np.sqrt(np.maximum(np.einsum("pm,mk,pk->p", shown, covariance, shown), 0.0))
-        position, effort = self.missed.units
         kind = curve.kind
+        coordinate_unit, unit = kind.units(*self.missed.model.axis.units)
         return BudgetCurve(
             what=kind.what,
             over=kind.over_what,
@@ -324,8 +302,8 @@ class Account:
             values=values,
             low=values - NORMAL_90 * std,
             high=values + NORMAL_90 * std,
-            unit=kind.of.format(position=position, effort=effort),
-            coordinate_unit=kind.unit.format(position=position, effort=effort),
+            unit=unit,
+            coordinate_unit=coordinate_unit,
         )
 
     def _colour(self, k: int) -> float:
@@ -354,7 +332,7 @@ class Account:
         left = self.missed.residual - np.sum(parts, axis=0) if parts else self.missed.residual
         share, (_, high) = self._share(left, whole)
         noise = min(self.missed.noise**2 / whole, max(share, 0.0))
-        again = min(share * repeated(left, self.missed.stretches), share - noise)
+        again = min(share * repeated(left, self.missed.data), share - noise)
         off = high - share
         for where, one in (
             (ABOVE_BAND, self.missed.above**2 / whole),
@@ -382,23 +360,22 @@ def _joined(
     return [*rest, (together, tuple(quantities))]
 
 
-def repeated(left: Array, stretches: Sequence[Stretch]) -> float:
+def repeated(left: Array, data: AxisData) -> float:
     """Share of a rest (n,), beyond noise, that a later lap shows again; 0 where none is repeated.
 
     From the product of samples one lap apart.
     """
     both = alone = 0.0
-    first = 0
-    for s in stretches:
-        here = left[first : first + len(s.at)]
-        first += len(s.at)
-        if s.lap is None or len(here) < 2:
+    ends = np.cumsum([np.count_nonzero(s.valid) for s in data.segments])[:-1]
+    for s, here in zip(data.segments, np.split(left, ends), strict=True):
+        lap, at = kept_period(s), s.sample_index[s.valid]
+        if lap is None or len(here) < 2:
             continue
-        step = float(np.median(np.diff(s.at)))
-        later = s.at + s.lap
-        after = np.clip(np.searchsorted(s.at, later), 1, len(s.at) - 1)
-        near = (s.at[after] - s.at[after - 1] <= 1.5 * step) & (later <= s.at[-1])
-        again = np.interp(later, s.at, here)
+        step = float(np.median(np.diff(at)))
+        later = at + lap
+        after = np.clip(np.searchsorted(at, later), 1, len(at) - 1)
+        near = (at[after] - at[after - 1] <= 1.5 * step) & (later <= at[-1])
+        again = np.interp(later, at, here)
         both += float(np.sum((here * again)[near]))
         alone += float(np.sum(0.5 * (here**2 + again**2)[near]))
     return float(np.clip(both / alone, 0.0, 1.0)) if alone > 0.0 else 0.0
@@ -442,7 +419,6 @@ def select(
     ----------
     products : Products
         Of all curves; the ways to hold out are those of `parts`.
-    curves : sequence of Curve
     block : (n,) array of int
         Number of the block of time of each sample.
     noise : float
@@ -502,65 +478,4 @@ def _agrees(
         np.sum(now) <= np.sum(then)
         for coordinate, then, now in zip(_COORDINATES, before[1:], after[1:], strict=True)
         if coordinate not in curve.kind.over_what
-    )
-
-
-# What the base model of a diagnosis misses, from its prepared data.
-
-
-def missed(
-    data: AxisData,
-    base: FittedModel,
-    floor: NoiseFloor,
-    units: tuple[str, str],
-    laws: Mapping[str, Array],
-    above: float = 0.0,
-) -> Missed:
-    """What a base model misses of prepared recordings.
-
-    Parameters
-    ----------
-    data : AxisData
-    base : FittedModel
-        The base model, fitted to it.
-    floor : NoiseFloor
-    units : (str, str)
-        Of position and effort.
-    laws : mapping of effect to (n,) array
-        What the effects of a diagnosis contribute.
-    above : float
-        Rms of what is missed above the band.
-    """
-    valid, stretches = data.valid, [_stretch(s) for s in data.segments]
-    return Missed(
-        residual=(data.effort - base.predicted)[valid],
-        base=base.jacobian[valid],
-        effort=data.effort[valid],
-        block=data.block[valid],
-        stretches=stretches,
-        noise=floor.rms,
-        above=above,
-        laws={name: part[valid] for name, part in laws.items()},
-        curves=_curves(data, stretches),
-        units=units,
-        cutoff_hz=max(s.cutoff_hz for s in data.segments),
-    )
-
-
-def _curves(data: AxisData, stretches: Sequence[Stretch]) -> Sequence[Curve]:
-    """The curves along prepared recordings, made once."""
-    if curve_of not in data.results:
-        every = (curve_of(kind, stretches) for kind in kinds(stretches, bool(data.turning)))
-        data.results[curve_of] = tuple(curve for curve in every if curve is not None)
-    found: Sequence[Curve] = data.results[curve_of]
-    return found
-
-
-def _stretch(s: Segment) -> Stretch:
-    return Stretch(
-        motion=s.motion,
-        others=s.others,
-        at=s.sample_index[s.valid],
-        filter=lambda rows: s.filter(rows)[..., s.valid],
-        lap=kept_period(s),
     )

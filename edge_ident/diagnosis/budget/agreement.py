@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import Account, Missed, fitted_curves, missed
+from edge_ident.diagnosis.budget.account import Account, Missed, fitted_curves
 from edge_ident.diagnosis.budget.curves import HISTORY, LOAD, TIME, Curve
 from edge_ident.diagnosis.budget.smoothing import Products, charge, fitted
 from edge_ident.diagnosis.error_budget import AgreeingCurve
@@ -39,23 +39,21 @@ def curves_beside(
 
     Parameters
     ----------
-    data : AxisData
     model : FittedModel
         Fitted to the data.
-    floor : NoiseFloor
     """
-    key = (curves_beside, model.key)
-    if key not in data.results:
-        what = missed(data, model, floor, model.axis.units, {})
-        found = [
+
+    def found() -> tuple[AgreeingCurve, ...]:
+        what = Missed(data, model, floor.rms)
+        agree = [
             replace(curve, term=replace(curve.term, supported=data.supported))
             for curve in agreeing_curves(what)
         ]
-        while found and not _fits(data, model, found, len(what.curves)):
-            found = found[:-1]
-        data.results[key] = tuple(found)
-    kept: tuple[AgreeingCurve, ...] = data.results[key]
-    return kept
+        while agree and not _fits(data, model, agree, len(what.curves)):
+            agree = agree[:-1]
+        return tuple(agree)
+
+    return data.once((curves_beside, model.key), found)
 
 
 def fitted_beside(

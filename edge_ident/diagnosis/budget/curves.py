@@ -6,14 +6,14 @@ effort is. A curve may vanish altogether (Marra and Wood, Comput. Stat. Data Ana
 its straight part is penalized as well, less.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.smoothing import Columns
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
 from edge_ident.model.measured_curves import at_entries, entries
 from edge_ident.model.model import Term
 from edge_ident.model.motion import Motion
@@ -33,31 +33,6 @@ _LEAST: Final = 1e-9
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """The motion of an axis in one recording, and how its effort is filtered.
-
-    Attributes
-    ----------
-    motion : Motion
-        (N,).
-    others : mapping of axis name to Motion
-        Axes that move beside it.
-    at : (n,) array of int
-        Samples that are compared.
-    filter : callable
-        Of efforts (m, N), to those at the compared samples (m, n).
-    lap : int or None
-        Samples after which the motion repeats.
-    """
-
-    motion: Motion
-    others: Mapping[str, Motion]
-    at: NDArray[np.intp]
-    filter: Callable[[Array], Array]
-    lap: int | None = None
-
-
-@dataclass(frozen=True)
 class Kind:
     """One sort of curve.
 
@@ -67,20 +42,16 @@ class Kind:
         What it depends on; curves of the same are one entry of a budget.
     what : str
         What it is a curve of.
-    unit : str
-        Template over {position}: of the coordinate.
-    of : str
-        Template over {effort} and {position}: unit of the curve.
-    over, times : callable
-        Coordinate, and the column that the curve multiplies, of a motion (N,).
+    over, times : str
+        Coordinate, and the column that the curve multiplies, by name.
     knots : int
         Functions of the spline.
     root : bool
         Whether it is finer where the coordinate is small.
     turns : bool
         Whether it repeats with each turn.
-    own : tuple of callable
-        Curves over the coordinate that the base model has already, of the same column.
+    own : tuple of int
+        Powers of the coordinate that the base model has already, of the same column.
     coordinate : str
         In words, where `where` does not say it.
     effect : str
@@ -90,16 +61,20 @@ class Kind:
 
     where: str
     what: str
-    unit: str
-    of: str
-    over: OfMotion
-    times: OfMotion
+    over: str
+    times: str
     knots: int
     root: bool = False
     turns: bool = False
-    own: tuple[Callable[[Array], Array], ...] = ()
+    own: tuple[int, ...] = ()
     coordinate: str = ""
     effect: str = ""
+
+    def units(self, position: str, effort: str) -> tuple[str, str]:
+        """Of the coordinate, and of the curve, on an axis with these units."""
+        templates = _COORDINATES[self.over][0], _COLUMNS[self.times][0]
+        of_coordinate, of_curve = (t.format(position=position, effort=effort) for t in templates)
+        return of_coordinate, of_curve
 
     @property
     def over_what(self) -> str:
@@ -119,9 +94,10 @@ class Curve:
 
     Attributes
     ----------
-    kind : Kind
-    columns : Columns
-        At the compared samples.
+    values : (n, m) array
+        Its columns at the compared samples.
+    penalty : (m, m) array
+        Positive definite.
     points : (P,) array
         Of the coordinate, at which it is shown.
     shown : (P, m) array
@@ -135,7 +111,8 @@ class Curve:
     """
 
     kind: Kind
-    columns: Columns
+    values: Array
+    penalty: Array
     points: Array
     shown: Array
     at: Array = field(default_factory=lambda: np.empty(0))
@@ -149,54 +126,6 @@ class Curve:
         return Term(self.kind.effect, values, source_axis=self.kind.source)
 
 
-def _one(motion: Motion) -> Array:
-    return np.ones_like(motion.position)
-
-
-def _constant(x: Array) -> Array:
-    return np.ones_like(x)
-
-
-def _straight(x: Array) -> Array:
-    return x
-
-
-def _speed(motion: Motion) -> Array:
-    return np.abs(motion.velocity)
-
-
-def _position(motion: Motion) -> Array:
-    return motion.position
-
-
-def _direction(motion: Motion) -> Array:
-    return motion.direction
-
-
-def _velocity(motion: Motion) -> Array:
-    return motion.velocity
-
-
-def _acceleration(motion: Motion) -> Array:
-    return motion.acceleration
-
-
-def _jerk(motion: Motion) -> Array:
-    return np.gradient(motion.acceleration, motion.time_s)
-
-
-def _pull(motion: Motion) -> Array:
-    return np.abs(motion.acceleration)
-
-
-def _pulls(motion: Motion) -> Array:
-    return np.sign(motion.acceleration)
-
-
-def _time(motion: Motion) -> Array:
-    return motion.time_s
-
-
 def _since_reversal(motion: Motion) -> Array:
     """Distance travelled since the last reversal, or since the start."""
     travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(motion.position)))])
@@ -206,117 +135,118 @@ def _since_reversal(motion: Motion) -> Array:
     return np.asarray(travelled - travelled[last])
 
 
+_COORDINATES: Final[Mapping[str, tuple[str, OfMotion]]] = {
+    "time": ("s", lambda m: m.time_s),
+    "position": ("{position}", lambda m: m.position),
+    "position of the other": ("{position}", lambda m: m.partner.position),
+    "since reversal": ("{position}", _since_reversal),
+    "speed": ("{position}/s", lambda m: np.abs(m.velocity)),
+    "pull": ("{position}/s^2", lambda m: np.abs(m.acceleration)),
+}
+"""What curves are over: unit, and values (N,) along a motion."""
+_COLUMNS: Final[Mapping[str, tuple[str, OfMotion]]] = {
+    "one": ("{effort}", lambda m: np.ones_like(m.position)),
+    "direction": ("{effort}", lambda m: m.direction),
+    "way of the pull": ("{effort}", lambda m: np.sign(m.acceleration)),
+    "velocity": ("{effort}*s/{position}", lambda m: m.velocity),
+    "acceleration": ("{effort}*s^2/{position}", lambda m: m.acceleration),
+    "pull of the other": ("{effort}*s^2/{position}", lambda m: m.partner.acceleration),
+    "jerk": ("{effort}*s^3/{position}", lambda m: np.gradient(m.acceleration, m.time_s)),
+}
+"""What curves multiply: unit of the curve, and values (N,) along a motion."""
+
 SPEED, BY_DIRECTION, POSITION, LOAD, TIME, HISTORY = (
     "speed, both ways alike", "speed, by direction", "position", "acceleration", "time", "history",
 )  # fmt: skip
 
 OF_AXIS: Final = (
-    Kind(SPEED, "friction", "{position}/s", "{effort}", _speed, _direction, 16, root=True,
-         own=(_constant, _straight), coordinate="speed", effect="friction_over_speed"),
-    Kind(BY_DIRECTION, "difference of directions", "{position}/s", "{effort}", _speed, _one, 16,
-         root=True, own=(_constant,), coordinate="speed", effect="difference_over_speed"),
-    Kind(POSITION, "load", "{position}", "{effort}", _position, _one, 24, own=(_constant,),
-         effect="load_over_position"),
-    Kind(POSITION, "friction", "{position}", "{effort}", _position, _direction, 20,
-         own=(_constant,), effect="friction_over_position"),
-    Kind(POSITION, "inertia", "{position}", "{effort}*s^2/{position}", _position, _acceleration, 10,
-         own=(_constant,), effect="inertia_over_position"),
-    Kind(LOAD, "load", "{position}/s^2", "{effort}", _pull, _pulls, 10, own=(_straight,)),
-    Kind(LOAD, "friction", "{position}/s^2", "{effort}", _pull, _direction, 10, own=(_constant,)),
-    Kind(LOAD, "difference of directions", "{position}/s^2", "{effort}", _pull, _one, 10,
-         own=(_constant,)),
-    Kind(TIME, "load", "s", "{effort}", _time, _one, 14, own=(_constant,)),
-    Kind(TIME, "friction", "s", "{effort}", _time, _direction, 14, own=(_constant,)),
-    Kind(TIME, "viscous friction", "s", "{effort}*s/{position}", _time, _velocity, 14,
-         own=(_constant,)),
-    Kind(TIME, "inertia", "s", "{effort}*s^2/{position}", _time, _acceleration, 14,
-         own=(_constant,)),
-    Kind(HISTORY, "friction", "{position}", "{effort}", _since_reversal, _direction, 10, root=True,
-         own=(_constant,), coordinate="distance since the axis turned back"),
-    Kind(HISTORY, "lag of the inertia", "{position}/s^2", "{effort}*s^3/{position}",
-         _pull, _jerk, 5, coordinate="acceleration"),
+    Kind(SPEED, "friction", "speed", "direction", 16, root=True, own=(0, 1),
+         coordinate="speed", effect="friction_over_speed"),
+    Kind(BY_DIRECTION, "difference of directions", "speed", "one", 16, root=True, own=(0,),
+         coordinate="speed", effect="difference_over_speed"),
+    Kind(POSITION, "load", "position", "one", 24, own=(0,), effect="load_over_position"),
+    Kind(POSITION, "friction", "position", "direction", 20, own=(0,),
+         effect="friction_over_position"),
+    Kind(POSITION, "inertia", "position", "acceleration", 10, own=(0,),
+         effect="inertia_over_position"),
+    Kind(LOAD, "load", "pull", "way of the pull", 10, own=(1,)),
+    Kind(LOAD, "friction", "pull", "direction", 10, own=(0,)),
+    Kind(LOAD, "difference of directions", "pull", "one", 10, own=(0,)),
+    Kind(TIME, "load", "time", "one", 14, own=(0,)),
+    Kind(TIME, "friction", "time", "direction", 14, own=(0,)),
+    Kind(TIME, "viscous friction", "time", "velocity", 14, own=(0,)),
+    Kind(TIME, "inertia", "time", "acceleration", 14, own=(0,)),
+    Kind(HISTORY, "friction", "since reversal", "direction", 10, root=True, own=(0,),
+         coordinate="distance since the axis turned back"),
+    Kind(HISTORY, "lag of the inertia", "pull", "jerk", 5, coordinate="acceleration"),
 )  # fmt: skip
 """What any axis may have."""
 OF_TURN: Final = Kind(
-    "turn",
-    "load",
-    "{position}",
-    "{effort}",
-    _position,
-    _one,
-    16,
-    turns=True,
-    own=(_constant,),
-    effect="load_over_turn",
+    "turn", "load", "position", "one", 16, turns=True, own=(0,), effect="load_over_turn"
 )
 """What an axis may have that turns more than once."""
 
 
-def kinds(stretches: Sequence[Stretch], turning: bool) -> list[Kind]:
-    """The kinds of curve that recordings of an axis may show; `turning` where it is a joint."""
+def curves_of(data: AxisData) -> tuple[Curve, ...]:
+    """The curves that recordings of an axis may show."""
     found = list(OF_AXIS)
-    travel = max(float(np.ptp(s.motion.position[s.at])) for s in stretches)
-    if turning and travel > _TURN:
+    travel = max(float(np.ptp(s.motion.position[s.sample_index[s.valid]])) for s in data.segments)
+    if data.turning and travel > _TURN:
         found.append(OF_TURN)
-    shared = set.intersection(*(set(s.others) for s in stretches))
-    for name in sorted(shared):
-        if any(np.ptp(s.others[name].position) > 0.0 for s in stretches):
-            found += _of_other(name)
-    return found
+    for name in data.other_axes:
+        found += _of_other(name)
+    every = (_curve(kind, data) for kind in found)
+    return tuple(curve for curve in every if curve is not None)
 
 
-def _of_other(name: str) -> Iterator[Kind]:
+def _of_other(name: str) -> list[Kind]:
     """What another axis may do; it is the source of the motion."""
-
-    def position(motion: Motion) -> Array:
-        return motion.partner.position
-
-    def acceleration(motion: Motion) -> Array:
-        return motion.partner.acceleration
-
-    where, over, unit = f"axis {name}", f"position of axis {name}", "{effort}*s^2/{position}"
-    yield Kind(where, "load", "{position}", "{effort}", position, _one, 16, own=(_constant,),
-               coordinate=over, effect="load_over_other")  # fmt: skip
-    yield Kind(where, "inertia", "{position}", unit, position, _acceleration, 7, own=(_constant,),
-               coordinate=over, effect="inertia_over_other")  # fmt: skip
-    yield Kind(where, "coupling", "{position}", unit, position, acceleration, 7, coordinate=over,
-               effect="coupling_over_other")  # fmt: skip
+    where, over, in_words = f"axis {name}", "position of the other", f"position of axis {name}"
+    return [
+        Kind(where, "load", over, "one", 16, own=(0,),
+             coordinate=in_words, effect="load_over_other"),
+        Kind(where, "inertia", over, "acceleration", 7, own=(0,),
+             coordinate=in_words, effect="inertia_over_other"),
+        Kind(where, "coupling", over, "pull of the other", 7,
+             coordinate=in_words, effect="coupling_over_other"),
+    ]  # fmt: skip
 
 
-def curve_of(kind: Kind, stretches: Sequence[Stretch]) -> Curve | None:
+def _curve(kind: Kind, data: AxisData) -> Curve | None:
     """A kind of curve along recordings; None where its coordinate hardly changes."""
-    motions = _motions(kind, stretches)
-    coordinates = [kind.over(motion) for motion in motions]
-    at = np.concatenate([x[s.at] for x, s in zip(coordinates, stretches, strict=True)])
+    motions = _motions(kind, data.segments)
+    coordinates = [_COORDINATES[kind.over][1](motion) for motion in motions]
+    seen = [x[s.sample_index] for x, s in zip(coordinates, data.segments, strict=True)]
+    at = np.concatenate(seen)[data.valid]
     lowest, high = (0.0, _TURN) if kind.turns else np.quantile(at, [_OUTSIDE, 1.0 - _OUTSIDE])
     low = 0.0 if kind.root else lowest
     if not high - low > _LEAST * max(abs(low), abs(high)):
         return None
     spline = _Spline(float(low), float(high), kind.knots, kind.root, kind.turns)
     values = [
-        s.filter(spline(x).T * kind.times(m)).T
-        for x, m, s in zip(coordinates, motions, stretches, strict=True)
+        s.filter(spline(x).T * _COLUMNS[kind.times][1](m)).T
+        for x, m, s in zip(coordinates, motions, data.segments, strict=True)
     ]
-    columns = Columns(np.concatenate(values), spline.penalty)
     visited = spline.points[spline.points >= lowest]
     shown = _beyond_base(kind, spline, at, visited)
     ends = float(low), float(high)
     table = _beyond_base(kind, spline, at, at_entries(*ends, finer_at_zero=kind.root))
-    return Curve(kind, columns, visited, shown, at, ends, table)
+    columns = np.concatenate(values)[data.valid]
+    return Curve(kind, columns, spline.penalty, visited, shown, at, ends, table)
 
 
 def law_of(where: str, name: str, effort: Array) -> Curve:
     """The contribution (n,) of an effect of the diagnosis, in place of a curve."""
-    kind = Kind(where, name, "", "", _position, _one, 1)
+    kind = Kind(where, name, "position", "one", 1)
     nothing = np.empty(0)
-    return Curve(kind, Columns(effort[:, None], np.eye(1)), nothing, nothing[:, None])
+    return Curve(kind, effort[:, None], np.eye(1), nothing, nothing[:, None])
 
 
-def _motions(kind: Kind, stretches: Sequence[Stretch]) -> list[Motion]:
+def _motions(kind: Kind, segments: Sequence[Segment]) -> list[Motion]:
     """The motions, one after the other in time, with the other axis that a kind is of, if any."""
     ended_s = 0.0
     found: list[Motion] = []
-    for s in stretches:
+    for s in segments:
         motion = s.motion
         if kind.source is not None:
             motion = replace(motion, source=s.others[kind.source])
@@ -332,8 +262,8 @@ def _beyond_base(kind: Kind, spline: "_Spline", at: Array, points: Array) -> Arr
     shown, seen = spline(points), spline(at)
     if not kind.own:
         return shown
-    here = np.stack([own(points) for own in kind.own], axis=1)
-    there = np.stack([own(at) for own in kind.own], axis=1)
+    here = np.stack([points**power for power in kind.own], axis=1)
+    there = np.stack([at**power for power in kind.own], axis=1)
     return np.asarray(shown - here @ np.linalg.lstsq(there, seen, rcond=None)[0])
 
 

@@ -18,6 +18,8 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.diagnosis.budget.curves import Curve
+
 Array = NDArray[np.float64]
 
 _ROUNDS: Final = 40
@@ -31,22 +33,6 @@ _TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Columns of one curve.
-
-    Attributes
-    ----------
-    values : (n, m) array
-        At all samples.
-    penalty : (m, m) array
-        Positive definite.
-    """
-
-    values: Array
-    penalty: Array
-
-
-@dataclass(frozen=True)
 class Products:
     """Products of all columns and of the signal, over all samples and over each part of them.
 
@@ -56,8 +42,6 @@ class Products:
         Base columns first, all scaled.
     places : tuple of slice
         Of each curve.
-    penalties : tuple of (m, m) array
-    signal : (n,) array
     parts : tuple of (n,) array of int
         Each numbers the part, from 0, that a sample is held out with.
     base : int
@@ -78,7 +62,7 @@ class Products:
     def of(
         cls,
         base: Array,
-        curves: Sequence[Columns],
+        curves: Sequence[Curve],
         signal: Array,
         parts: Sequence[NDArray[np.intp]],
     ) -> Self:
@@ -162,7 +146,6 @@ class Fit:
 
     Attributes
     ----------
-    products : Products
     curves : tuple of int
         Which.
     sizes : tuple of float
@@ -171,7 +154,6 @@ class Fit:
         Variance.
     coefficients : (p,) array
         Of the base and the curves that are in it.
-    covariance : (p, p) array
     likelihood : float
         Restricted, its logarithm but for a constant.
     """
@@ -240,7 +222,6 @@ def fitted(products: Products, curves: Sequence[int], start: Fit | None = None) 
 
     Parameters
     ----------
-    products : Products
     curves : sequence of int
         Which.
     start : Fit, optional

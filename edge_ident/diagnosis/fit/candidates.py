@@ -172,9 +172,7 @@ def cached_regressors(
     they depend on; for a form without linear parameters (1, n), its effort."""
     beside, needed = beside_key(axis, candidate)
     key = point_key(beside, nonlinear)
-    if key not in data.cache:
-        data.cache[key] = regressors(data, needed, candidate, nonlinear)[0]
-    return data.cache[key]
+    return data.once(key, lambda: regressors(data, needed, candidate, nonlinear)[0])
 
 
 def beside_key(axis: AxisModel, candidate: Candidate) -> tuple[Hashable, AxisModel]:
@@ -191,10 +189,8 @@ def point_key(beside: Hashable, nonlinear: Mapping[str, float]) -> Hashable:
 
 def base_regressor(data: AxisData) -> Array:
     """Columns (n, 4) of the base parameters at the compared samples, computed once for the data."""
-    if BASE not in data.cache:
-        unit = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
-        data.cache[BASE] = data.predicted(AxisModel((Term(BASE, unit),)))
-    return data.cache[BASE].T
+    unit = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
+    return data.once(BASE, lambda: data.predicted(AxisModel((Term(BASE, unit),)))).T
 
 
 def cached_derivatives(
@@ -202,13 +198,14 @@ def cached_derivatives(
 ) -> Array:
     """Derivatives (S, k, n) of the regressors of a candidate that adds, by the S nonlinear
     parameters of its form, computed once for the data."""
-    key = ("derivatives", candidate, *nonlinear.values())
-    if key not in data.cache:
+
+    def found() -> Array:
         sides, steps = to_both_sides(candidate, nonlinear)
         base = replace(axis, terms=axis.terms[:1])
         low, high = np.split(regressors(data, base, candidate, sides), 2)
-        data.cache[key] = slopes(low, high, steps)
-    return data.cache[key]
+        return slopes(low, high, steps)
+
+    return data.once(("derivatives", candidate, *nonlinear.values()), found)
 
 
 def slopes(low: Array, high: Array, steps: Array) -> Array:
@@ -245,10 +242,7 @@ def effort_key(axis: AxisModel) -> Hashable:
 
 def cached_effort(data: AxisData, axis: AxisModel) -> Array:
     """Effort (n,) that a model predicts, computed once for the data."""
-    key = ("effort", effort_key(axis))
-    if key not in data.cache:
-        data.cache[key] = data.predicted(axis)
-    return data.cache[key]
+    return data.once(("effort", effort_key(axis)), lambda: data.predicted(axis))
 
 
 def regressors(data: AxisData, axis: AxisModel, candidate: Candidate, nonlinear: Values) -> Array:
@@ -309,7 +303,6 @@ def _with_small(
 # all that the dry friction is: there, one offset is that of all.
 
 
-_KEY: Final[Hashable] = "own columns"
 _APART: Final = ("coulomb_friction", "offset")
 _SAME: Final = 0.95
 """Cosine of the angle between direction and offset, from which a recording moves one way."""
@@ -322,7 +315,8 @@ def own_columns(data: AxisData) -> Array:
     First what a further shift of each adds to the effort, per s. Then each own parameter of each
     recording but the last, above that of the last. The base model has the means over all samples.
     """
-    if _KEY not in data.cache:
+
+    def found() -> Array:
         known = np.array([float(name != "offset" or not one_way(data)) for name in data.own])
         inside = [data.recording == k for k in range(len(data.segments) - 1)]
         columns = (base_regressor(data)[:, PARAMETERS.index(name)] for name in data.own)
@@ -331,8 +325,9 @@ def own_columns(data: AxisData) -> Array:
             for apart, column in zip(known, columns, strict=True)
             for here in inside
         ]
-        data.cache[_KEY] = np.column_stack([data.timing_columns, *own])
-    return data.cache[_KEY]
+        return np.column_stack([data.timing_columns, *own])
+
+    return data.once("own columns", found)
 
 
 def one_way(data: AxisData) -> bool:
@@ -353,7 +348,6 @@ def own_parameters(data: AxisData, base: Array, own: Array) -> dict[str, Array]:
 
     Parameters
     ----------
-    data : AxisData
     base : (4,) array
         Base parameters: the means over all samples.
     own : (R + K·(R - 1),) array
@@ -415,10 +409,9 @@ def _of_term(
     at_zero = replace(term, values={**term.values, **dict.fromkeys(names, 0.0)})
     needed = _with(needed, term, at_zero)
     key = ("by linear parameters", names, effort_key(needed))
-    if key not in data.cache:
-        made = cached_effort(data, needed)
-        data.cache[key] = _difference(data, needed, made, at_zero, names)
-    return data.cache[key]
+    return data.once(
+        key, lambda: _difference(data, needed, cached_effort(data, needed), at_zero, names)
+    )
 
 
 def _difference(

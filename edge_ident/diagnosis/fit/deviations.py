@@ -42,7 +42,6 @@ def attenuation(data: AxisData, model: FittedModel) -> Array:
 
     Parameters
     ----------
-    data : AxisData
     model : FittedModel
         Its parameters and their order are those of `edge_ident.diagnosis.fit.held_out`.
     """
@@ -92,11 +91,8 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
 
     Parameters
     ----------
-    data : AxisData
     base : FittedModel
         Fitted without the terms; its Jacobian spans what the base model can express.
-    model : FittedModel
-        Without external vibrations.
     floor : float
         Rms that noise alone leaves.
     """
@@ -158,11 +154,8 @@ def friction_line(
 
     Parameters
     ----------
-    data : AxisData
     base : FittedModel
         Fitted without the terms.
-    model : FittedModel
-        Without external vibrations.
     floor : float
         Rms that noise alone leaves.
     """
@@ -197,7 +190,6 @@ class _Motion:
     ----------
     columns : (N, 3) array
         Velocity, direction and one.
-    acceleration : (N,) array
     """
 
     segments: tuple[Segment, ...]

@@ -1,7 +1,7 @@
 """External vibrations: the strongest sinusoids in time in a residual."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, Self
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.library import Grid
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment, once
 from edge_ident.model.rigid_body import EXTERNAL_VIBRATION
 from edge_ident.signals.conditioning import SAMPLES_PER_CUTOFF_PERIOD
 from edge_ident.signals.filters import driven, motion_lines
@@ -85,13 +85,7 @@ class _Recorded:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Frequencies at which something may shake an axis, of one recording after the other.
-
-    Attributes
-    ----------
-    data : AxisData
-    recorded : tuple of _Recorded
-    """
+    """Frequencies at which something may shake an axis, of one recording after the other."""
 
     data: AxisData
     recorded: tuple[_Recorded, ...]
@@ -99,10 +93,8 @@ class Spectrum:
     @classmethod
     def of(cls, data: AxisData) -> Self:
         """What is computed of a recording once, wherever its effort is moved."""
-        for s in data.segments:
-            if _Recorded not in s.cache:
-                s.cache[_Recorded] = _Recorded.of(s)
-        return cls(data, tuple(s.cache[_Recorded] for s in data.segments))
+        recorded = (once(s.cache, _Recorded, partial(_Recorded.of, s)) for s in data.segments)
+        return cls(data, tuple(recorded))
 
     @cached_property
     def grid(self) -> Grid:

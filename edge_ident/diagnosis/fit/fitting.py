@@ -62,7 +62,6 @@ class FittedModel:
 
     Attributes
     ----------
-    axis : AxisModel
     base : (4,) array
         Base parameters.
     own : (R + K·(R - 1),) array
@@ -157,25 +156,18 @@ def fit(
 
     Parameters
     ----------
-    template : AxisModel
-        The axis with the effects that it is known to have.
     base : (4,) array
         Base parameters to start from.
     terms : sequence of FittedTerm
         Terms to add, with linear parameters to start from.
     """
     terms = tuple(terms)
-    adds_up = additive(template, terms)
     key: tuple[Hashable, ...] = ("fit", effort_key(replace(template, terms=template.terms[1:])))
     key += tuple((t.candidate, *t.nonlinear.values()) for t in terms)
-    if not adds_up:  # where it starts from matters
+    if not additive(template, terms):  # where it starts from matters
         key += (base.tobytes(), *(tuple(t.linear.values()) for t in terms))
-    if key not in data.results and adds_up:
-        data.results[key] = _fit_additive(data, template, terms)
-    elif key not in data.results:
-        data.results[key] = _fit_in_steps(data, template, base, terms)
-    found: FittedModel = data.results[key]
-    return found
+        return data.once(key, lambda: _fit_in_steps(data, template, base, terms))
+    return data.once(key, lambda: _fit_additive(data, template, terms))
 
 
 def _fit_in_steps(

@@ -46,10 +46,7 @@ def held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
     parameters anew, nonlinear ones by their derivatives. What acts in the held-out blocks only
     stays as it was fitted.
     """
-    key = ("held out", fitted.key)
-    if key not in data.results:
-        data.results[key] = _held_out_residuals(data, fitted)
-    return np.asarray(data.results[key])
+    return data.once(("held out", fitted.key), lambda: _held_out_residuals(data, fitted))
 
 
 def _held_out_residuals(data: AxisData, fitted: FittedModel) -> Array:
@@ -125,7 +122,6 @@ def deviations_by_term(fitted: FittedModel, deviations: Array) -> list[dict[str,
 
     Parameters
     ----------
-    fitted : FittedModel
     deviations : (P,) array
         As `standard_deviations` gives them.
     """
@@ -232,7 +228,6 @@ class Gain:
 
     Attributes
     ----------
-    value : float
     interval : (float, float)
         95 %.
     supported : float
@@ -262,7 +257,6 @@ def gain_of(block: NDArray[np.intp], before: Array, after: Array) -> Gain:
     ----------
     block : (n,) array of int
         Numbers of the blocks of time.
-    before, after : (n,) arrays
     """
     present = np.bincount(block) > 0
     old, new = (np.bincount(block, r**2)[present] for r in (before, after))
@@ -305,10 +299,7 @@ def model_discrepancy(data: AxisData, fitted: FittedModel) -> float:
     more than the measured effort: a payload that changes after the first samples may have any size,
     and the inertia before stands against it.
     """
-    key = ("discrepancy", fitted.key)
-    if key not in data.results:
-        data.results[key] = _discrepancy(data, fitted)
-    return float(data.results[key])
+    return data.once(("discrepancy", fitted.key), lambda: _discrepancy(data, fitted))
 
 
 def _discrepancy(data: AxisData, fitted: FittedModel) -> float:
@@ -336,7 +327,4 @@ def _base_basis(data: AxisData, fitted: FittedModel) -> Array:
     columns = fitted.derivatives[data.valid, fitted.base_columns]
     if not additive(fitted.template, fitted.terms):
         return orthonormal(columns)
-    key = ("base", data.valid.tobytes())
-    if key not in data.cache:
-        data.cache[key] = orthonormal(columns)
-    return data.cache[key]
+    return data.once("base", lambda: orthonormal(columns))

@@ -193,17 +193,19 @@ def _ignored(data: AxisData, effect: Effect, values: Values) -> tuple[Array, Arr
     """Share (D,) of the samples at which an actuator ignores commands, the width (D,) of the range
     of what it withholds there, and the share (D,) of the variance that arrives, computed once."""
     key = (effect.name, *(value.tobytes() for value in values.values()))
-    if key not in data.cache:
+
+    def found() -> Array:
         parts = [_ignored_in(s.raw_effort, effect, values) for s in data.segments]
         ignores, withheld = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         low = np.min(np.where(ignores, withheld, np.inf), axis=-1)
         high = np.max(np.where(ignores, withheld, -np.inf), axis=-1)
         commanded = np.concatenate([s.raw_effort for s in data.segments])
         arriving = np.var(commanded - withheld, axis=-1) / max(float(np.var(commanded)), _TINY)
-        data.cache[key] = np.array(
+        return np.array(
             [np.mean(ignores, axis=-1), np.maximum(high - low, 0.0), np.minimum(arriving, 1.0)]
         )
-    share, width, arriving = data.cache[key]
+
+    share, width, arriving = data.once(key, found)
     return share, width, arriving
 
 
@@ -252,7 +254,6 @@ class ScoredCandidate:
 
     Attributes
     ----------
-    term : FittedTerm
     error : float
         Sum of squared residuals over the valid samples.
     grid : Grid
@@ -288,10 +289,6 @@ class ResidualSubspace:
 
     Attributes
     ----------
-    data : AxisData
-    axis : AxisModel
-    residual : (n,) array
-    jacobian : (n, P) array
     basis : (n, R) array
         Orthonormal; it spans the same.
     adds_up : bool
@@ -361,7 +358,6 @@ class ResidualSubspace:
 
         Parameters
         ----------
-        nonlinear : mapping of parameter name to (D,) array
         grid : mapping of parameter name to array
             The whole range that is searched.
         recurring : bool, optional

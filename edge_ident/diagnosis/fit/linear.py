@@ -28,7 +28,6 @@ class Bounded:
 
     Attributes
     ----------
-    solution : (P,) array
     free : (P,) array of bool
         False at a bound that holds the parameter back.
     """
@@ -38,17 +37,7 @@ class Bounded:
 
 
 def solve(regressor: Array, target: Array) -> Array:
-    """Least squares on columns of unit length; parameters that are not excited stay at zero.
-
-    Parameters
-    ----------
-    regressor : (n, P) array
-    target : (n,) array
-
-    Returns
-    -------
-    (P,) array
-    """
+    """Least squares on columns of unit length; parameters that are not excited stay at zero."""
     unit, length = unit_length(regressor)
     return np.asarray((np.linalg.lstsq(unit, target, rcond=_RANK)[0].T / length).T)
 
@@ -58,8 +47,6 @@ def solve_within(regressor: Array, target: Array, low: Array, high: Array) -> Bo
 
     Parameters
     ----------
-    regressor : (n, P) array
-    target : (n,) array
     low, high : (P,) arrays
         Equal where a parameter is fixed.
     """

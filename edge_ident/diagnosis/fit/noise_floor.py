@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.diagnosis.fit.fitting import FittedModel
-from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment
+from edge_ident.diagnosis.prepare.axis_data import AxisData, Segment, once
 from edge_ident.model.model import PARAMETERS
 from edge_ident.signals.conditioning import unit_length, widened
 from edge_ident.signals.filters import fast_length
@@ -50,7 +50,6 @@ class NoiseFloor:
 
     Attributes
     ----------
-    rms : float
     uncertainty : float
         Relative standard deviation of the rms.
     source : str
@@ -73,8 +72,6 @@ def noise_floor(data: AxisData, start: FittedModel, inertia: float = 0.0) -> Noi
 
     Parameters
     ----------
-    start : FittedModel
-        The base model.
     inertia : float, optional
         Inertia that turns encoder noise into effort, where the base model has none.
     """
@@ -213,10 +210,7 @@ def _near(usable: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def kept_period(segment: Segment) -> int | None:
     """The period of a motion, looked for once."""
-    if _period not in segment.cache:
-        segment.cache[_period] = _period(segment)
-    period: int | None = segment.cache[_period]
-    return period
+    return once(segment.cache, _period, lambda: _period(segment))
 
 
 def _period(segment: Segment) -> int | None:

@@ -130,11 +130,8 @@ class _Space:
 
     Attributes
     ----------
-    subspace : ResidualSubspace
-    candidate : Candidate
     others : dict
         Parameters that the form does not search.
-    begin : (D, S) array
     step : (D, S) array
         Of the derivatives.
     low, high : (D, S) arrays
@@ -274,8 +271,6 @@ def fit_late(
 
     Parameters
     ----------
-    template : AxisModel
-        The axis with the effects that it is known to have.
     base : (4,) array
         Base parameters to start from.
     terms : sequence of FittedTerm
@@ -305,8 +300,6 @@ def rows_beside(
     ----------
     data : AxisData
         That the model is fitted to.
-    fitted : FittedModel
-    term : FittedTerm
     of : AxisData
         Whose regressors: the data themselves, or with more noise.
     """

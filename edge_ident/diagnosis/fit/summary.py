@@ -152,11 +152,6 @@ def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:
 def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
     """By how much each added term, with the others of its effect, reduces the recorded effort.
 
-    Parameters
-    ----------
-    data : AxisData
-    model : FittedModel
-
     Returns
     -------
     list of float
@@ -257,8 +252,6 @@ def error_with(data: AxisData, model: FittedModel, places: list[int], laws: Arra
 
     Parameters
     ----------
-    data : AxisData
-    model : FittedModel
     places : list of int
         Of the terms.
     laws : (L, N) array

@@ -49,8 +49,6 @@ def orders_in_step(
 
     Parameters
     ----------
-    axis : AxisModel
-        With the effects that the axis is known to have.
     tolerance : float
         Smallest rms that is worth naming, over that of the effort.
     """
@@ -150,8 +148,6 @@ def with_band_content(
     ----------
     found : AxisDiagnosis
         Of a search beside `with_ripples`.
-    axis : AxisModel
-        With the effects that the axis is known to have.
     """
     known = (*axis.terms, *(cause.term for cause in found.causes))
     new = _new(known, content.orders)

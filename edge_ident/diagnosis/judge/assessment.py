@@ -41,7 +41,6 @@ class Assessment:
     """The selected model, and what its parts are measured by; all rms over the valid samples."""
 
     search: Search
-    start: FittedModel
     model: FittedModel
     space: Array
     floor: NoiseFloor
@@ -53,14 +52,13 @@ class Assessment:
     def of(
         cls,
         search: Search,
-        start: FittedModel,
         model: FittedModel,
         floor: NoiseFloor,
         tolerance: float,
     ) -> Self:
         scale = nonzero_rms(search.data.effort[search.data.valid])
-        space = base_space(search.data, start)
-        return cls(search, start, model, space, floor, scale, tolerance * scale)
+        space = base_space(search.data, search.start)
+        return cls(search, model, space, floor, scale, tolerance * scale)
 
     def beside_curves(self, model: FittedModel) -> Self:
         """The same, with what a model leaves that curves describe in every part of the recordings:
@@ -85,7 +83,7 @@ class Assessment:
         key = tuple(kept)
         if key not in self.cache:
             terms = tuple(self.model.terms[k] for k in kept)
-            self.cache[key] = polished(self.search, self.search.fit(self.start.base, terms))
+            self.cache[key] = polished(self.search, self.search.fit(self.search.start.base, terms))
         return self.cache[key]
 
     def left(self, model: FittedModel) -> float:
@@ -104,7 +102,6 @@ class Assessment:
 
         Parameters
         ----------
-        model : FittedModel
         recorded_alone : bool
             Whether the recorded effort alone counts, because the band holds nothing to explain.
         """
@@ -123,7 +120,7 @@ class Assessment:
         mapping of place to str
             Places are those of `model.terms`.
         """
-        left = self.left(self.start) / self.scale
+        left = self.left(self.search.start) / self.scale
         return {
             k: f"its own effort, {share:.1%}, is mostly taken back by the other causes: the base "
             f"model leaves {left:.1%}"
@@ -139,7 +136,7 @@ class Assessment:
 
     def against_all(self, kept: Sequence[int]) -> str | None:
         """Why no cause is named beside a part of the terms; None where nothing is against it."""
-        return unphysical(self.search.data, self.start, self.fitted(kept), self.tolerance)
+        return unphysical(self.search.data, self.search.start, self.fitted(kept), self.tolerance)
 
     def information_kept(self, kept: Sequence[int]) -> float:
         """Least share of what the motion says of a base parameter that it says beside vibrations.
@@ -238,7 +235,7 @@ class Assessment:
     def structure(self, model: FittedModel) -> bool:
         """Whether a model leaves more than noise, discrepancy and tolerance allow."""
         samples = np.count_nonzero(self.search.data.valid)
-        discrepancy = float(np.sqrt(self.search.criterion.discrepancy(model) / samples))
+        discrepancy = float(np.sqrt(self.search.discrepancy(model) / samples))
         left = self.left(model)
         floor = self.floor
         return structure_left(

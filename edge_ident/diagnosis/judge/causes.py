@@ -30,7 +30,6 @@ def causes(
 
     Parameters
     ----------
-    supported : SupportedModel
     shares : sequence of float
         Of each term (`edge_ident.diagnosis.fit.summary`).
     deviations : (P,) array
@@ -88,8 +87,6 @@ def not_testable(search: Search, model: FittedModel, noise: float) -> tuple[NotT
 
     Parameters
     ----------
-    search : Search
-    model : FittedModel
     noise : float
         Rms of the model's residual at the valid samples.
     """
@@ -128,8 +125,8 @@ def _of_angles(name: str) -> bool:
 
 def _unnoticed_effort(search: Search, basis: Array, candidate: Candidate, noise: float) -> float:
     """Rms effort that a candidate with typical parameters may have without being noticed."""
-    cost = search.criterion.penalty(candidate) + DECISIVE
-    noticed = noise * np.sqrt(np.expm1(cost / search.criterion.samples))
+    cost = search.penalty(candidate) + DECISIVE
+    noticed = noise * np.sqrt(np.expm1(cost / search.samples))
     share = float(np.median(_orthogonal_shares(search.library.rows[candidate], basis)))
     return float(noticed / share) if share > np.finfo(float).eps else np.inf
 

@@ -43,11 +43,6 @@ def at_standstill(data: AxisData, model: FittedModel) -> dict[int, str]:
     A term is doubtful where half of its energy acts while the axis may be held; where it is shorter
     than the band resolves, and any of it does. Those that overlap are one.
 
-    Parameters
-    ----------
-    data : AxisData
-    model : FittedModel
-
     Returns
     -------
     mapping of place to str
@@ -75,11 +70,6 @@ def never_repeated(data: AxisData, model: FittedModel) -> dict[int, str]:
     beyond all that it is where nothing happened, unless no such law describes the record as well.
     Those that overlap are one. An effort counts that is so with the event and without: the one
     alone the push itself may have raised, the other alone a collision that stops the axis.
-
-    Parameters
-    ----------
-    data : AxisData
-    model : FittedModel
 
     Returns
     -------
@@ -184,7 +174,6 @@ def overlapping(
 
     Parameters
     ----------
-    model : FittedModel
     lasts_s : float
         For which a change that lasts is still the same one.
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import ALIKE, imitation, missed, products_of
+from edge_ident.diagnosis.budget.account import ALIKE, Missed, imitation, products_of
 from edge_ident.diagnosis.budget.curves import Curve
 from edge_ident.diagnosis.budget.smoothing import charge, fitted
 from edge_ident.diagnosis.fit.external_vibrations import VIBRATION
@@ -32,12 +32,6 @@ Array = NDArray[np.float64]
 
 def curves_instead(search: Search, model: FittedModel, floor: NoiseFloor) -> dict[int, str]:
     """Reasons against terms in whose place a curve of no assumed law is decisively better.
-
-    Parameters
-    ----------
-    search : Search
-    model : FittedModel
-    floor : NoiseFloor
 
     Returns
     -------
@@ -62,7 +56,7 @@ def _contests(
     if not own:
         return {}
     data = search.data
-    base = missed(data, search.criterion.start, floor, model.axis.units, {})
+    base = Missed(data, search.start, floor.rms)
     products = products_of(base, base.curves)
     imitates = {k: imitation(products, term_effort(data, model, k)[data.valid]) for k in own}
     found: dict[tuple[int, ...], dict[int, Curve]] = {}
@@ -100,17 +94,17 @@ def _fitted(
     floor: NoiseFloor,
 ) -> Iterator[_Instead]:
     """Each curve in the place of laws."""
-    data, criterion = search.data, search.criterion
+    data = search.data
     others = search.fit(model.base, _beside(model, laws))
-    rest = missed(data, others, floor, model.axis.units, {})
-    products, off = products_of(rest, rest.curves), criterion.discrepancy(model)
-    of_laws = sum(criterion.penalty(model.terms[k].candidate) for k in laws)
-    of_laws += criterion.misfit(model.error + off)
+    rest = Missed(data, others, floor.rms)
+    products, off = products_of(rest, rest.curves), search.discrepancy(model)
+    of_laws = sum(search.penalty(model.terms[k].candidate) for k in laws)
+    of_laws += search.misfit(model.error + off)
     for number in curves:
         fit = fitted(products, (number,))
         left = rest.scale**2 * float(np.sum((products.signal - fit.predicted) ** 2))
-        charged = charge(fit.freedom(number), len(rest.curves), criterion.samples)
-        gain = of_laws - criterion.misfit(left + off) - charged
+        charged = charge(fit.freedom(number), len(rest.curves), search.samples)
+        gain = of_laws - search.misfit(left + off) - charged
         yield _Instead(rest.curves[number], gain, left, others.error)
 
 

@@ -33,8 +33,6 @@ def decide_halves(data: AxisData, model: FittedModel, space: Array) -> list[Deci
 
     Parameters
     ----------
-    data : AxisData
-    model : FittedModel
     space : (n, R) array
         Of the base model's columns (`fit.summary.base_space`).
     """

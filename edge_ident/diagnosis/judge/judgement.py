@@ -22,7 +22,7 @@ from edge_ident.diagnosis.judge.causes_in_time import imitated, recurring
 from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.halves import decide_halves
 from edge_ident.diagnosis.judge.unknown import unknown_instead
-from edge_ident.diagnosis.measures import TOLERANCE, Verdict
+from edge_ident.diagnosis.measures import TOLERANCE, Validation, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
 from edge_ident.diagnosis.select.cross_validation import evidence_for_terms, tied_to_time
@@ -40,8 +40,6 @@ class Rules:
 
     Attributes
     ----------
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
     keep_minor : bool
         Whether minor causes stay in the model.
     """
@@ -56,7 +54,6 @@ class Judgement:
 
     Attributes
     ----------
-    verdict : Verdict
     supported : SupportedModel
         With the supported causes, external vibrations and, if they are kept, minor causes.
     suspected, minor : tuple of Cause
@@ -64,6 +61,8 @@ class Judgement:
     rest : float
         Rms of what the supported model and the curves beside it leave beyond noise, over that of
         the effort.
+    validation : Validation or None
+        What another recording says, where there is one.
     """
 
     verdict: Verdict
@@ -71,11 +70,11 @@ class Judgement:
     suspected: tuple[Cause, ...]
     minor: tuple[Cause, ...]
     rest: float
+    validation: Validation | None = None
 
 
 def judge(
     search: Search,
-    start: FittedModel,
     selected: SupportedModel,
     floor: NoiseFloor,
     rules: Rules,
@@ -85,19 +84,13 @@ def judge(
 
     Parameters
     ----------
-    search : Search
-    start : FittedModel
-        The base model.
-    selected : SupportedModel
-    floor : NoiseFloor
-    rules : Rules
     blocked : str, optional
         Why no cause may be named.
     """
     doubts = {} if selected.converged else dict.fromkeys(range(len(selected.support)), _UNSETTLED)
     doubts |= _refused(s.decision for s in selected.support)
     doubts |= curves_instead(search, selected.model, floor)
-    assessed = Assessment.of(search, start, selected.model, floor, rules.tolerance)
+    assessed = Assessment.of(search, selected.model, floor, rules.tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     doubts |= unknown_instead(assessed, kept)
     kept = [k for k in kept if k not in doubts]
@@ -200,7 +193,7 @@ def _sort(assessed: Assessment, kept: list[int], doubts: Mapping[int, str]) -> _
     the difference between a base model that is not adequate and an extended one that is. What a
     sound drive has is minor too where the base model is adequate.
     """
-    adequate = not assessed.structure(assessed.start)
+    adequate = not assessed.structure(assessed.search.start)
     every = assessed.of_a_chain(kept)
     sound = [] if adequate else every
     worth = [k for k in kept if k not in every]

@@ -19,7 +19,6 @@ def unknown_instead(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]
 
     Parameters
     ----------
-    assessed : Assessment
     kept : sequence of int
         Places of the terms that nothing else is against.
 
@@ -33,14 +32,14 @@ def unknown_instead(assessed: Assessment, kept: Sequence[int]) -> dict[int, str]
     coupled = [k for k in kept if terms[k].candidate.source is not None]
     if not coupled or not many_other_laws(data):
         return doubts
-    samples = samples_of_unknown(data, assessed.start)
+    samples = samples_of_unknown(data, assessed.search.start)
     few = assessed.search.with_samples(samples)
 
     def value(places: Sequence[int]) -> float:
-        return few.criterion.value(assessed.fitted(places))
+        return few.value(assessed.fitted(places))
 
     left = list(kept)
-    while coupled and separable(few.gain(assessed.fitted(left), assessed.start)):
+    while coupled and separable(few.gain(assessed.fitted(left), assessed.search.start)):
         weakest = min(coupled, key=lambda k: value([j for j in left if j != k]))
         left.remove(weakest)
         coupled.remove(weakest)

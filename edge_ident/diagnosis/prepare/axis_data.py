@@ -1,9 +1,9 @@
 """The prepared data of one axis over all its recordings."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import scipy.linalg
@@ -35,6 +35,17 @@ _WHITENING_REACH: Final = 2.0
 """The same in periods of the knee, for the whitening."""
 
 
+T = TypeVar("T")
+
+
+def once(kept: dict[object, Any], key: object, make: Callable[[], T]) -> T:
+    """What is made once and kept under a key."""
+    if key not in kept:
+        kept[key] = make()
+    found: T = kept[key]
+    return found
+
+
 @dataclass(frozen=True)
 class Segment:
     """One axis of one recording, filtered.
@@ -43,7 +54,6 @@ class Segment:
     ----------
     motion : Motion
         Smooth, (N,), time from where the first recording begins; wider than the comparison.
-    others : mapping of axis name to Motion
     listed : pair of frozenset of str
         Axes with a drive that the recording lists before this one, and after it.
     noise_replica : tuple of Motion and mapping
@@ -237,7 +247,6 @@ class AxisData:
         One for each recording.
     effort : (n,) array
         Measured, filtered.
-    valid : (n,) array of bool
     block : (n,) array of int
         Number of the block of time, for cross-validation and for the bootstrap.
     late_s : float
@@ -248,9 +257,7 @@ class AxisData:
     own : tuple of str
         Base parameters of which each recording has a value of its own.
     cache : dict
-        Regressors that were computed before.
-    results : dict
-        What was computed from this effort at these samples; data with another have their own.
+        What was computed before; other data have their own.
     """
 
     segments: tuple[Segment, ...]
@@ -260,8 +267,11 @@ class AxisData:
     late_s: float
     turning: frozenset[str] = frozenset()
     own: tuple[str, ...] = ("offset",)
-    cache: dict[object, Array] = field(default_factory=dict, compare=False)
-    results: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
+    cache: dict[object, Any] = field(default_factory=dict, compare=False, init=False)
+
+    def once(self, key: object, make: Callable[[], T]) -> T:
+        """What is computed once for these data."""
+        return once(self.cache, key, make)
 
     @property
     def late(self) -> bool:
@@ -292,7 +302,7 @@ class AxisData:
             replace(s, motion=s.noise_replica[0], others=s.noise_replica[1], cache={})
             for s in self.segments
         )
-        return replace(self, segments=segments, cache={})
+        return replace(self, segments=segments)
 
     def of_clock(self, clock: int) -> "AxisData":
         """The recordings on one clock alone."""
@@ -304,7 +314,6 @@ class AxisData:
             effort=self.effort[at],
             valid=self.valid[at],
             block=self.block[at],
-            cache={},
         )
 
     def joined(self, other: "AxisData") -> "AxisData":
@@ -315,7 +324,6 @@ class AxisData:
             effort=np.concatenate([self.effort, other.effort]),
             valid=np.concatenate([self.valid, other.valid]),
             block=np.concatenate([self.block, other.block]),
-            cache={},
         )
 
     def from_zero(self, zero: float) -> "AxisData":
@@ -324,12 +332,12 @@ class AxisData:
             replace(s, motion=replace(s.motion, position=s.motion.position - zero), cache={})
             for s in self.segments
         )
-        return replace(self, segments=segments, cache={})
+        return replace(self, segments=segments)
 
     def with_efforts_of(self, segments: tuple[Segment, ...]) -> "AxisData":
         """The same motion with the efforts (n,) of recordings that were moved in time."""
         effort = np.concatenate([s.effort[s.sample_index] for s in segments])
-        return replace(self, segments=segments, effort=effort, cache={})
+        return replace(self, segments=segments, effort=effort)
 
     @property
     def recording(self) -> NDArray[np.intp]:
@@ -448,7 +456,7 @@ class AxisData:
             replace(s, valid=part)
             for s, part in zip(self.segments, self.by_segment(valid), strict=True)
         )
-        return replace(self, segments=segments, valid=valid, cache={})
+        return replace(self, segments=segments, valid=valid)
 
     def from_start(self) -> "AxisData":
         """The same with the samples of the start among those that are compared, and not valid."""

@@ -100,7 +100,6 @@ def comparison_band(
 
     Parameters
     ----------
-    position, effort : (N,) arrays
     noise : float
         Standard deviation of the encoder noise.
     density : float

@@ -93,9 +93,6 @@ def prepare_axis(recordings: Sequence[Recording], name: str, *, timed: bool = Tr
 
     Parameters
     ----------
-    recordings : sequence of Recording
-    name : str
-        Of the axis.
     timed : bool
         False leaves the effort where it is: a delay in a known model accounts for its timing.
 

@@ -12,7 +12,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.prepare.axis_data import WHOLE_BAND, Segment
+from edge_ident.diagnosis.prepare.axis_data import WHOLE_BAND, Segment, once
 from edge_ident.model.model import AxisModel, regressor
 from edge_ident.model.motion import LARGEST_SHIFT
 from edge_ident.signals.filters import lowpass
@@ -52,13 +52,11 @@ def in_time(segments: Sequence[Segment], *, move: bool) -> tuple[tuple[Segment, 
 
     Parameters
     ----------
-    segments : sequence of Segment
     move : bool
         False leaves every effort where it is.
 
     Returns
     -------
-    tuple of Segment
     float
         About how late in s one is, if by more than a controller's timing: then all stay. Else zero.
     """
@@ -79,7 +77,6 @@ def far_shift_s(segments: Sequence[Segment], step_s: float, reach_s: float) -> f
 
     Parameters
     ----------
-    segments : sequence of Segment
     step_s, reach_s : float
         Between shifts, and the largest that makes sense.
     """
@@ -218,9 +215,7 @@ class _Signals:
     @classmethod
     def of(cls, segment: Segment) -> Self:
         """The signals of a recording, filtered and weighted as it is compared."""
-        if _of_motion not in segment.cache:
-            segment.cache[_of_motion] = _of_motion(segment)
-        columns, rates = segment.cache[_of_motion]
+        columns, rates = once(segment.cache, _of_motion, lambda: _of_motion(segment))
         return cls(columns, rates, segment.effort[segment.sample_index], segment.valid)
 
     def beside_terms(self, segment: Segment, axis: AxisModel) -> Self:

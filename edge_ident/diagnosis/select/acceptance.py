@@ -53,7 +53,6 @@ class Decision:
 
     Attributes
     ----------
-    accepted : bool
     reason : str
         In words, with the numbers.
     margin : float

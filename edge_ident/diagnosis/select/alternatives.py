@@ -55,8 +55,6 @@ def compare_alternatives(
 
     Parameters
     ----------
-    search : Search
-    model : FittedModel
     index : int
         Place of the term.
     gone : frozenset of str or Candidate

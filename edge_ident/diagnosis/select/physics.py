@@ -34,9 +34,6 @@ def unphysical(
 
     Parameters
     ----------
-    data : AxisData
-    start : FittedModel
-        The base model.
     model : FittedModel
         Its nonlinear parameters stay as they are.
     tolerance : float

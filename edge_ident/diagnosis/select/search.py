@@ -62,15 +62,7 @@ def excited(term: FittedTerm, excitation: Excitation) -> bool:
 def reliable(
     regressors: Array, replica_regressors: Array, jacobian: Array, replica_jacobian: Array
 ) -> bool:
-    """Whether the reliability ratio of a candidate's orthogonal component is high enough."""
-    ratio = _reliability_ratio(regressors, replica_regressors, jacobian, replica_jacobian)
-    return ratio > RELIABILITY
-
-
-def _reliability_ratio(
-    regressors: Array, replica_regressors: Array, jacobian: Array, replica_jacobian: Array
-) -> float:
-    """Share of motion, and not of encoder noise, in a candidate's orthogonal component.
+    """Whether enough of a candidate's orthogonal component is motion, and not encoder noise.
 
     Only the component that the model's Jacobian does not span distinguishes a candidate. In slow
     motions that can be noise. The replica, with the encoder noise added a second time, shows how
@@ -93,7 +85,7 @@ def _reliability_ratio(
         changed = (replica_regressors - regressors)[k] - others_noise @ weights
         energy = max(float(orthogonal @ orthogonal), _TINY)
         lowest = min(lowest, 1.0 - float(changed @ changed) / energy)
-    return lowest
+    return lowest > RELIABILITY
 
 
 def unrepeatable(
@@ -104,7 +96,6 @@ def unrepeatable(
 
     Parameters
     ----------
-    model : FittedModel
     library : iterable of Candidate
         Those that are searched.
     carriers : set of str
@@ -140,135 +131,6 @@ def _turns_otherwise(one: Candidate, other: Candidate) -> bool:
         return any(senses[0][axis] != senses[1][axis] for axis in shared)
     across = (one.form.senses and other.form.across) or (one.form.across and other.form.senses)
     return across and bool(shared)
-
-
-# The criterion that compares models: extended Bayesian information, less model discrepancy.
-#
-# The extended BIC (Chen and Chen, Biometrika 95 (2008) 759) penalizes a model for its parameters
-# and for the number of candidates that were tried. Its unit is n·log(error).
-
-
-@dataclass(frozen=True)
-class Criterion:
-    """Extended Bayesian information of models of one axis; smaller is better.
-
-    Attributes
-    ----------
-    data : AxisData
-    noise_replica : AxisData
-        The same samples with the encoder noise added a second time.
-    start : FittedModel
-        The base model.
-    grids : mapping of Candidate to Grid
-        Nonlinear parameters that are tried.
-    samples : float
-        Number of independent samples.
-    """
-
-    data: AxisData
-    noise_replica: AxisData
-    start: FittedModel
-    grids: Mapping[Candidate, Grid]
-    samples: float
-
-    def with_samples(self, samples: float) -> "Criterion":
-        """The same criterion with another number of independent samples."""
-        return replace(self, samples=samples)
-
-    def penalty(self, candidate: Candidate) -> float:
-        """Penalty for the parameters of a candidate and for the candidates that were tried."""
-        return candidate.parameter_count * math.log(self.samples) + self._tried[candidate]
-
-    def value(self, fitted: FittedModel) -> float:
-        """Extended BIC of a model."""
-        return self.misfit(self.error(fitted)) + self._penalties(fitted)
-
-    def gain(self, before: FittedModel, after: FittedModel) -> float:
-        """Gain of a model over another, beyond the discrepancy of either, and as if the encoder
-        noise passed in both as in the one in which more of it does.
-
-        Its own discrepancy is no excuse for the other model where it leaves more. Nor does more
-        noise pass in a model than it leaves: a load that bounces answers any noise by another path.
-        """
-        most = max(min(self._encoder_noise(m), m.error) for m in (before, after))
-        error, left = (self.error(model, most) for model in (before, after))
-        discrepancy = self.discrepancy(before)
-        if left <= error:
-            discrepancy = max(discrepancy, self.discrepancy(after))
-        misfit = self.misfit(error + discrepancy) - self.misfit(left + discrepancy)
-        return misfit - self._penalties(after) + self._penalties(before)
-
-    def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
-        """Gain of a model by a candidate, from the candidate's score alone."""
-        discrepancy = self.discrepancy(fitted)
-        return self.misfit(fitted.error + discrepancy) - self.scored(scored, discrepancy)
-
-    def scored(self, scored: ScoredCandidate, discrepancy: float) -> float:
-        """Value of a model with a candidate, without the penalties of its other terms."""
-        return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
-
-    def room(self, fitted: FittedModel, noise: float) -> float:
-        """Gain over a model, before any penalty, of one that leaves nothing but noise.
-
-        Parameters
-        ----------
-        fitted : FittedModel
-        noise : float
-            Sum of squares that noise alone leaves.
-        """
-        discrepancy = self.discrepancy(fitted)
-        return self.misfit(fitted.error + discrepancy) - self.misfit(noise + discrepancy)
-
-    def error(self, fitted: FittedModel, passed: float = 0.0) -> float:
-        """Sum of squared residuals, as if the encoder noise passed as in the base model, and with
-        what it costs that an actuator ignores commands, as in scores.
-
-        A load on a spring follows no fast motion. So a model with one has less inertia where the
-        encoder noise is, and a smaller residual. That is no evidence.
-
-        Parameters
-        ----------
-        passed : float, optional
-            Sum of squares of the encoder noise that passes, where that is more.
-        """
-        most = max(self._base_noise, passed)
-        left = fitted.error + max(most - self._encoder_noise(fitted), 0.0)
-        withholding = [t for t in fitted.terms if named(t.candidate.effect).overrides("withheld")]
-        factors = [ignored_command_penalty(self.data, t.model_term)[0] for t in withholding]
-        return left * math.prod(map(float, factors))
-
-    def _encoder_noise(self, fitted: FittedModel) -> float:
-        """Sum of squares that the encoder noise has in the effort of a model."""
-        key = ("encoder noise", fitted.key)
-        if key not in self.data.results:
-            own = own_columns(self.data) @ fitted.own
-            passed = cached_effort(self.noise_replica, fitted.axis) + own - fitted.predicted
-            self.data.results[key] = np.sum(np.square(passed[self.data.valid]))
-        return float(self.data.results[key])
-
-    @cached_property
-    def _base_noise(self) -> float:
-        return self._encoder_noise(self.start)
-
-    def misfit(self, error: float) -> float:
-        """What a sum of squares costs."""
-        return self.samples * math.log(max(error, _TINY))
-
-    def discrepancy(self, fitted: FittedModel) -> float:
-        """Sum of squares by which a model's formulas may be off."""
-        return model_discrepancy(self.data, fitted)
-
-    @cached_property
-    def _tried(self) -> Mapping[Candidate, float]:
-        """Penalty for the candidates that were tried."""
-        effects = len(catalogue())
-        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
-
-    def _penalties(self, fitted: FittedModel) -> float:
-        """Penalties of all added terms, and of what recordings have of their own but an offset."""
-        others = len(self.data.segments) - 1
-        total = (len(self.data.own) - 1) * others * math.log(self.samples)
-        return total + sum(self.penalty(t.candidate) for t in fitted.terms)
 
 
 def independent_samples(data: AxisData, fitted: FittedModel) -> float:
@@ -325,13 +187,12 @@ class Search:
 
     Attributes
     ----------
-    data : AxisData
     noise_replica : AxisData
         The same samples with the encoder noise added a second time.
-    template : AxisModel
-        The axis with the effects that it is known to have.
-    excitation : Excitation
-    criterion : Criterion
+    grids : mapping of Candidate to grid
+        Nonlinear parameters to try; an external vibration is among them.
+    samples : float
+        Number of independent samples that the criterion counts.
     spectrum : Spectrum
         Of external vibrations.
     library : Library
@@ -345,8 +206,10 @@ class Search:
     data: AxisData
     noise_replica: AxisData
     template: AxisModel
+    start: FittedModel
+    grids: Mapping[Candidate, Grid]
+    samples: float
     excitation: Excitation
-    criterion: Criterion
     spectrum: Spectrum
     library: Library
     noise: float
@@ -367,22 +230,108 @@ class Search:
         searched = {**grids, VIBRATION: spectrum.grid}
         replica = data.noise_replica
         samples = float(np.count_nonzero(data.valid))
-        criterion = Criterion(data, replica, start, searched, samples)
         noise = samples * noise_floor(data, start).rms ** 2
-        return cls(data, replica, template, excitation, criterion, spectrum, library, noise)
+        return cls(
+            data, replica, template, start, searched, samples, excitation, spectrum, library, noise
+        )
 
     def with_samples(self, samples: float) -> Self:
         """The same search, whose criterion counts another number of independent samples."""
-        return replace(self, criterion=self.criterion.with_samples(samples))
+        return replace(self, samples=samples)
 
-    @property
-    def grids(self) -> Mapping[Candidate, Grid]:
-        """Nonlinear parameters to try, by candidate."""
-        return self.criterion.grids
+    # The criterion that compares models, in units of n·log(error): the extended BIC (Chen and Chen,
+    # Biometrika 95 (2008) 759) penalizes a model for its parameters and for the number of
+    # candidates that were tried; smaller is better.
+
+    def penalty(self, candidate: Candidate) -> float:
+        """Penalty for the parameters of a candidate and for the candidates that were tried."""
+        return candidate.parameter_count * math.log(self.samples) + self._tried[candidate]
+
+    def value(self, fitted: FittedModel) -> float:
+        """Extended BIC of a model."""
+        return self.misfit(self.error(fitted)) + self._penalties(fitted)
 
     def gain(self, before: FittedModel, after: FittedModel) -> float:
-        """Gain of the criterion from one model to another."""
-        return self.criterion.gain(before, after)
+        """Gain of a model over another, beyond the discrepancy of either, and as if the encoder
+        noise passed in both as in the one in which more of it does.
+
+        Its own discrepancy is no excuse for the other model where it leaves more. Nor does more
+        noise pass in a model than it leaves: a load that bounces answers any noise by another path.
+        """
+        most = max(min(self._encoder_noise(m), m.error) for m in (before, after))
+        error, left = (self.error(model, most) for model in (before, after))
+        discrepancy = self.discrepancy(before)
+        if left <= error:
+            discrepancy = max(discrepancy, self.discrepancy(after))
+        misfit = self.misfit(error + discrepancy) - self.misfit(left + discrepancy)
+        return misfit - self._penalties(after) + self._penalties(before)
+
+    def expected_gain(self, scored: ScoredCandidate, fitted: FittedModel) -> float:
+        """Gain of a model by a candidate, from the candidate's score alone."""
+        discrepancy = self.discrepancy(fitted)
+        return self.misfit(fitted.error + discrepancy) - self.scored(scored, discrepancy)
+
+    def scored(self, scored: ScoredCandidate, discrepancy: float) -> float:
+        """Value of a model with a candidate, without the penalties of its other terms."""
+        return self.misfit(scored.error + discrepancy) + self.penalty(scored.candidate)
+
+    @property
+    def room(self) -> float:
+        """Gain over the base model, before any penalty, of one that leaves nothing but noise."""
+        discrepancy = self.discrepancy(self.start)
+        return self.misfit(self.start.error + discrepancy) - self.misfit(self.noise + discrepancy)
+
+    def error(self, fitted: FittedModel, passed: float = 0.0) -> float:
+        """Sum of squared residuals, as if the encoder noise passed as in the base model, and with
+        what it costs that an actuator ignores commands, as in scores.
+
+        A load on a spring follows no fast motion. So a model with one has less inertia where the
+        encoder noise is, and a smaller residual. That is no evidence.
+
+        Parameters
+        ----------
+        passed : float, optional
+            Sum of squares of the encoder noise that passes, where that is more.
+        """
+        most = max(self._base_noise, passed)
+        left = fitted.error + max(most - self._encoder_noise(fitted), 0.0)
+        withholding = [t for t in fitted.terms if named(t.candidate.effect).overrides("withheld")]
+        factors = [ignored_command_penalty(self.data, t.model_term)[0] for t in withholding]
+        return left * math.prod(map(float, factors))
+
+    def _encoder_noise(self, fitted: FittedModel) -> float:
+        """Sum of squares that the encoder noise has in the effort of a model."""
+
+        def found() -> float:
+            own = own_columns(self.data) @ fitted.own
+            passed = cached_effort(self.noise_replica, fitted.axis) + own - fitted.predicted
+            return float(np.sum(np.square(passed[self.data.valid])))
+
+        return self.data.once(("encoder noise", fitted.key), found)
+
+    @cached_property
+    def _base_noise(self) -> float:
+        return self._encoder_noise(self.start)
+
+    def misfit(self, error: float) -> float:
+        """What a sum of squares costs."""
+        return self.samples * math.log(max(error, _TINY))
+
+    def discrepancy(self, fitted: FittedModel) -> float:
+        """Sum of squares by which a model's formulas may be off."""
+        return model_discrepancy(self.data, fitted)
+
+    @cached_property
+    def _tried(self) -> Mapping[Candidate, float]:
+        """Penalty for the candidates that were tried."""
+        effects = len(catalogue())
+        return {c: 2.0 * math.log(effects * _count(grid)) for c, grid in self.grids.items()}
+
+    def _penalties(self, fitted: FittedModel) -> float:
+        """Penalties of all added terms, and of what recordings have of their own but an offset."""
+        others = len(self.data.segments) - 1
+        total = (len(self.data.own) - 1) * others * math.log(self.samples)
+        return total + sum(self.penalty(t.candidate) for t in fitted.terms)
 
     def fit(self, base: Array, terms: tuple[FittedTerm, ...]) -> FittedModel:
         """Fit a model to the data."""
@@ -393,7 +342,6 @@ class Search:
 
         Parameters
         ----------
-        fitted : FittedModel
         without : frozenset of str or Candidate
             Effects and candidates that are left out, beside those that cannot stand beside the
             model.
@@ -405,11 +353,11 @@ class Search:
         """
         without |= unrepeatable(fitted, self.library, self.data.carriers)
         subspace = ResidualSubspace.of(self.data, fitted)
-        discrepancy = self.criterion.discrepancy(fitted)
+        discrepancy = self.discrepancy(fitted)
         replica_jacobian = jacobian_of(self.noise_replica, fitted)[self.data.valid]
 
         def value(scored: ScoredCandidate) -> float:
-            return self.criterion.scored(scored, discrepancy)
+            return self.scored(scored, discrepancy)
 
         coarse = certain = self._coarse(fitted, subspace, without)
         if not np.all(fitted.free[: len(PARAMETERS)]):
@@ -417,7 +365,7 @@ class Search:
             held = ResidualSubspace.of(self.data, fitted, held=True)
             certain = self._coarse(fitted, held, without, held=True)
             coarse = [*coarse, *certain]
-        before = self.criterion.misfit(fitted.error + discrepancy)
+        before = self.misfit(fitted.error + discrepancy)
         promising = PROMISING * (before - min(map(value, certain), default=before))
         found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
@@ -425,7 +373,7 @@ class Search:
             searched = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
             if searched == MOST_REFINED or gained < promising:
                 break
-            if gained < SLIGHTEST - self.criterion.penalty(scored.candidate):
+            if gained < SLIGHTEST - self.penalty(scored.candidate):
                 break
             refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
             best = self._within_bounds(fitted, refined)
@@ -439,7 +387,7 @@ class Search:
         """Each candidate at the best point of its grid, a delay as fitted, and the strongest
         vibration; once a model: criteria that count other samples ask again."""
         key = ("coarse", held, fitted.key, without)
-        library, coarse = self.data.results.get(key, (None, []))
+        library, coarse = self.data.cache.get(key, (None, []))
         if library is not self.library:
             following = self._following_loads(fitted)
             delays = [c for c in self.library if c.delays]
@@ -455,7 +403,7 @@ class Search:
             if strongest["frequency"].size and VIBRATION.effect not in without:
                 grid = self.grids[VIBRATION]
                 coarse.append(of.score(VIBRATION, strongest, grid, recurring=True))
-            self.data.results[key] = self.library, coarse
+            self.data.cache[key] = self.library, coarse
         return list(coarse)
 
     def _following_loads(self, fitted: FittedModel) -> list[Candidate]:

@@ -52,10 +52,6 @@ def delayed_data(selected: Selected) -> AxisData | None:
 
     A few causes are asked first: the others may be what the delay was taken for.
 
-    Parameters
-    ----------
-    selected : Selected
-
     Returns
     -------
     AxisData or None
@@ -84,7 +80,6 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
 
     Parameters
     ----------
-    selected : Selected
     none : bool
         Whether nothing comes first where there are no vibrations.
     """
@@ -105,14 +100,11 @@ def causes_in_turn(selected: Selected, *, none: bool = False) -> Iterator[tuple[
 def along_one_sinusoid(selected: Selected) -> float:
     """The shift in s at which the base model leaves least along one sinusoid, if it leaves more
     than noise; up to a quarter of a turn, beyond which the effort changes its sign."""
-    search, kept = selected.search, selected.search.data.results
-    room = search.criterion.room(selected.start, search.noise)
-    if search.data.several_speeds or room <= ADDED_TERM:
+    search = selected.search
+    if search.data.several_speeds or search.room <= ADDED_TERM:
         return 0.0
-    if far_shift_s not in kept:
-        reach_s = search.excitation.quarter_turn_s
-        kept[far_shift_s] = far_shift_s(search.data.segments, shift_step_s(search.data), reach_s)
-    return float(kept[far_shift_s])
+    data, reach_s = search.data, search.excitation.quarter_turn_s
+    return data.once(far_shift_s, lambda: far_shift_s(data.segments, shift_step_s(data), reach_s))
 
 
 def shift_step_s(data: AxisData) -> float:
@@ -147,16 +139,7 @@ def _out_of_step(data: AxisData, late_s: float) -> AxisData:
 
 def adequate_data(data: AxisData, known: AxisModel, tolerance: float) -> AxisData:
     """The data of an axis, at another shift where the base model is adequate at that one alone, or
-    where nothing told the first.
-
-    Parameters
-    ----------
-    data : AxisData
-    known : AxisModel
-        The axis with what it is known to have.
-    tolerance : float
-        Smallest share of the rms effort that is worth naming.
-    """
+    where nothing told the first."""
     if data.late or delayed(known):
         return data
     if not all(map(untold, data.segments)) and _adequate(data, known, tolerance):
@@ -171,10 +154,6 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
     What it is known to have comes first, with external vibrations; then a few causes: the others
     may be what the shift was taken for.
 
-    Parameters
-    ----------
-    selected : Selected
-
     Returns
     -------
     AxisData or None
@@ -182,7 +161,7 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
     """
     search, start, data = selected.search, selected.start, selected.search.data
     model = selected.supported.model
-    best, found = search.criterion.value(model) - DECISIVE, None
+    best, found = search.value(model) - DECISIVE, None
     if delayed(model.axis):
         return None
     for beside in causes_in_turn(selected, none=len(start.template.terms) > 1):
@@ -191,7 +170,7 @@ def data_beside_causes(selected: Selected) -> AxisData | None:
             return fit(to, start.template, start.base, beside)
 
         moved = in_step_beside(data, fitted(data).axis, lambda to: fitted(to).axis)
-        value = replace(search.criterion, data=moved).value(fitted(moved))
+        value = replace(search, data=moved).value(fitted(moved))
         if moved is not data and value < best:
             best, found = value, moved
     return found
@@ -204,8 +183,6 @@ def in_step_beside(
 
     Parameters
     ----------
-    data : AxisData
-    axis : AxisModel
     anew : callable, optional
         The model of data that were moved; else it stays as it is.
     """
@@ -242,10 +219,6 @@ OWN: Final = ("offset", *FRICTION)
 def own_friction_data(selected: Selected) -> AxisData | None:
     """The data of an axis with friction of their own for its recordings.
 
-    Parameters
-    ----------
-    selected : Selected
-
     Returns
     -------
     AxisData or None
@@ -257,9 +230,9 @@ def own_friction_data(selected: Selected) -> AxisData | None:
     _, *others = data.segments
     if not others:
         return None
-    moved = replace(data, own=OWN, cache={})
-    criterion = replace(search.criterion, data=moved, start=fitted_base(moved, start.template))
-    least = search.criterion.value(selected.supported.model) - DECISIVE
+    moved = replace(data, own=OWN)
+    criterion = replace(search, data=moved, start=fitted_base(moved, start.template))
+    least = search.value(selected.supported.model) - DECISIVE
     for beside in causes_in_turn(selected, none=True):
         model = fit(moved, start.template, start.base, beside)
         if criterion.value(model) < least:

@@ -61,7 +61,6 @@ class SupportedModel:
 
     Attributes
     ----------
-    model : FittedModel
     support : tuple of SupportedTerm
         One for each term of the model.
     refused : tuple of Refused
@@ -101,14 +100,15 @@ class Selected:
     ----------
     search : Search
         Its criterion counts the independent samples of what the model leaves.
-    start : FittedModel
-        The base model.
-    supported : SupportedModel
     """
 
     search: Search
-    start: FittedModel
     supported: SupportedModel
+
+    @property
+    def start(self) -> FittedModel:
+        """The base model."""
+        return self.search.start
 
     @property
     def late(self) -> bool:
@@ -120,9 +120,9 @@ class Selected:
 
         Of an effort that is late, fewer samples are compared: the mean of the squares counts.
         """
-        samples, values = other.search.criterion.samples, []
+        samples, values = other.search.samples, []
         for one in (self, other):
-            value = one.search.with_samples(samples).criterion.value(one.supported.model)
+            value = one.search.with_samples(samples).value(one.supported.model)
             compared = np.count_nonzero(one.search.data.valid)
             values.append(value - samples * np.log(compared))
         return bool(values[0] < values[1])
@@ -137,7 +137,7 @@ def unsearched(data: AxisData, template: AxisModel) -> Selected:
     """The base model alone."""
     start = fitted_base(data, template)
     alone = SupportedModel(start, (), (), converged=True)
-    return Selected(Search.of(data, template, start), start, alone)
+    return Selected(Search.of(data, template, start), alone)
 
 
 def grown_model(data: AxisData, template: AxisModel, before: Selected | None = None) -> Selected:
@@ -148,7 +148,6 @@ def grown_model(data: AxisData, template: AxisModel, before: Selected | None = N
 
     Parameters
     ----------
-    data : AxisData
     template : AxisModel
         The axis with what it is known to have.
     before : Selected, optional
@@ -158,11 +157,11 @@ def grown_model(data: AxisData, template: AxisModel, before: Selected | None = N
     search = Search.of(data, template, start, before.search if before else None)
     model = _grown(search, start)
     samples = independent_samples(data, model)
-    if model.terms and samples < FEWEST_INDEPENDENT * search.criterion.samples:
+    if model.terms and samples < FEWEST_INDEPENDENT * search.samples:
         search = search.with_samples(samples)
         # of two large causes neither explains much alone: what was found together competes
-        model = min(_grown(search, start), model, key=search.criterion.value)
-    return _unsettled(search, start, model)
+        model = min(_grown(search, start), model, key=search.value)
+    return _unsettled(search, model)
 
 
 def moved_model(data: AxisData, before: Selected) -> Selected:
@@ -171,8 +170,8 @@ def moved_model(data: AxisData, before: Selected) -> Selected:
     start = fitted_base(data, template)
     search = Search.of(data, template, start, before.search)
     model = polished(search, search.fit(start.base, before.supported.model.terms))
-    samples = min(search.criterion.samples, independent_samples(data, model))
-    return _unsettled(search.with_samples(samples), start, model)
+    samples = min(search.samples, independent_samples(data, model))
+    return _unsettled(search.with_samples(samples), model)
 
 
 def settled_model(grown: Selected) -> Selected:
@@ -188,8 +187,8 @@ def selected_model(data: AxisData, template: AxisModel, before: Selected | None 
     return settled_model(grown_model(data, template, before))
 
 
-def _unsettled(search: Search, start: FittedModel, model: FittedModel) -> Selected:
-    return Selected(search, start, SupportedModel(model, (), (), converged=False))
+def _unsettled(search: Search, model: FittedModel) -> Selected:
+    return Selected(search, SupportedModel(model, (), (), converged=False))
 
 
 def settle(search: Search, model: FittedModel) -> SupportedModel:
@@ -197,7 +196,6 @@ def settle(search: Search, model: FittedModel) -> SupportedModel:
 
     Parameters
     ----------
-    search : Search
     model : FittedModel
         To begin with.
     """
@@ -282,7 +280,7 @@ def _exchanged(
 ) -> tuple[FittedModel, Refused] | None:
     """The model with the best alternative in the place of a term, and what is said of that."""
     ranked = [
-        (search.criterion.value(c.replacement), k, c.replacement, c.decision.reason)
+        (search.value(c.replacement), k, c.replacement, c.decision.reason)
         for k, c in enumerate(comparisons)
         if c.replacement is not None and c.decision is not None
     ]
@@ -291,7 +289,7 @@ def _exchanged(
     _, place, best, why = min(ranked, key=lambda entry: entry[0])
     new = best.terms[-1].candidate.effect
     reason = f"{new.replace('_', ' ')} in its place is preferred: {why}"
-    return best, Refused(model.terms[place].candidate.effect, reason, new)
+    return best, Refused(model.terms[place].candidate.effect, reason)
 
 
 def _grown(search: Search, model: FittedModel, gone: LeftOut = frozenset()) -> FittedModel:
@@ -305,7 +303,7 @@ def _grown(search: Search, model: FittedModel, gone: LeftOut = frozenset()) -> F
         larger = [child for parent in beam for child in _children(search, parent, gone)]
         if not larger:
             break
-        beam = _distinct(sorted(larger, key=search.criterion.value))[:BEAM_WIDTH]
+        beam = _distinct(sorted(larger, key=search.value))[:BEAM_WIDTH]
         beam[0] = polished(search, beam[0])
         best = max([best, *beam], key=lambda other: search.gain(model, other))
     return best
@@ -353,7 +351,7 @@ def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> Fitt
     The evidence is collected in the order of its cost: score, fit, cross-validation.
     """
     terms = (*parent.terms, scored.term)
-    expected = Evidence(search.criterion.expected_gain(scored, parent))
+    expected = Evidence(search.expected_gain(scored, parent))
     if not decide(parent.terms, terms, expected).accepted:
         return None
     child = search.fit(parent.base, terms)
@@ -370,13 +368,7 @@ def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> Fitt
 
 
 def polished(search: Search, fitted: FittedModel) -> FittedModel:
-    """A model with the nonlinear parameters of each term as they are best beside all the others.
-
-    Parameters
-    ----------
-    search : Search
-    fitted : FittedModel
-    """
+    """A model with the nonlinear parameters of each term as they are best beside all the others."""
     for place, term in enumerate(fitted.terms):
         if not term.candidate.form.nonlinear:
             continue
@@ -406,7 +398,6 @@ def with_hidden_events(data: AxisData, model: FittedModel, inertia: float) -> Ax
 
     Parameters
     ----------
-    data : AxisData
     model : FittedModel
         That was selected on these data.
     inertia : float

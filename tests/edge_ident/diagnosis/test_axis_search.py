@@ -34,20 +34,20 @@ def ripple_of(search: Search) -> Candidate:
 def explained(search: Search) -> FittedModel:
     """With the ripple."""
     term = FittedTerm(ripple_of(search), {"period": 0.5}, {"cosine": 0.05, "sine": 0.0})
-    return search.fit(search.criterion.start.base, (term,))
+    return search.fit(search.start.base, (term,))
 
 
 def found(search: Search, certain: FittedModel) -> AxisSearch:
     """An axis that is adequate beside a generous tolerance, and all that is certain about it."""
-    start = search.criterion.start
+    start = search.start
     supported = SupportedModel(start, (), (), converged=True)
     judged = Judgement(Verdict.ADEQUATE, supported, (), (), 0.0)
     floor = noise_floor(search.data, start)
-    return AxisSearch(Selected(search, start, supported), floor, (), judged)
+    return AxisSearch(Selected(search, supported), floor, (), judged)
 
 
 def test_of_two_selections_the_criterion_says_which_ends_better(search: Search) -> None:
-    plain = found(search, search.criterion.start).selected
+    plain = found(search, search.start).selected
     rippled = replace(plain, supported=SupportedModel(explained(search), (), (), converged=True))
     assert rippled.better_than(plain)
     assert not plain.better_than(rippled)

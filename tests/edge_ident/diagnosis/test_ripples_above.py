@@ -47,7 +47,7 @@ def explained_by(record: Recording, period: float, amplitude: float) -> AxisSear
     supported = SupportedModel(model, (support,), (), converged=True)
     judged = Judgement(Verdict.EXPLAINED, supported, (), (), 0.0)
     floor = noise_floor(data, start)
-    return AxisSearch(Selected(search, start, supported), floor, (), judged)
+    return AxisSearch(Selected(search, supported), floor, (), judged)
 
 
 def test_a_ripple_that_goes_on_above_the_band_stays(record: Recording) -> None:

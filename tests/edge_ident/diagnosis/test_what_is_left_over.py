@@ -1,7 +1,5 @@
 """What another recording leaves of a model may say less than it did in the whole model."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,9 @@ from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.axis_data import AxisData
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
-from edge_ident.diagnosis.result import Cause
 from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import SupportedModel, fitted_base
-from edge_ident.diagnosis.validation import Judged, carry_over
-from edge_ident.model.model import Term
+from edge_ident.diagnosis.validation import carry_over, verdict_of_both
 from tests.edge_ident.diagnosis.select.test_search_parts import TEMPLATE, recorded, rigid, swing
 
 PERIODS = 0.5, 0.504
@@ -51,8 +47,6 @@ def test_a_cause_of_no_certain_size_leaves_with_what_stood_beside_it() -> None:
 def test_an_axis_is_not_explained_by_nothing(left: Verdict) -> None:
     start = fitted_base(rippled((0.0, 0.0), noise=0.02, seed=1), TEMPLATE)
     nothing = SupportedModel(start, (), (), converged=True)
-    refused = Cause(Term("torque_ripple", {}), 0.0, (0.0, 0.0), 0.0, (), "", "")
-    judged = Judged(nothing, (refused,))
     expected = Verdict.ADEQUATE if left is Verdict.EXPLAINED else left
-    assert judged.verdict(left) is expected
-    assert replace(judged, unexplained=True).verdict(left) is Verdict.UNEXPLAINED
+    assert verdict_of_both(left, nothing, [0], unexplained=False) is expected
+    assert verdict_of_both(left, nothing, [0], unexplained=True) is Verdict.UNEXPLAINED

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edge_ident.diagnosis.budget.account import missed
+from edge_ident.diagnosis.budget.account import Missed
 from edge_ident.diagnosis.budget.agreement import agreeing_curves
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
@@ -17,7 +17,7 @@ def curves_of(recording: Recording) -> list[str]:
     data = prepare_axis([recording], "x")
     none = Estimate(np.zeros(4), np.zeros(4))
     base = fitted_base(data, base_axis(none))
-    found = agreeing_curves(missed(data, base, noise_floor(data, base), ("rad", "N*m"), {}))
+    found = agreeing_curves(Missed(data, base, noise_floor(data, base).rms))
     return [curve.term.effect for curve in found]
 
 

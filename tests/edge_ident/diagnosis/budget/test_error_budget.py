@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edge_ident.diagnosis.budget.account import error_budget, missed
+from edge_ident.diagnosis.budget.account import Missed, fitted_curves
 from edge_ident.diagnosis.error_budget import (
     ABOVE_BAND,
     NOISE,
@@ -48,10 +48,9 @@ HIDDEN: Mapping[tuple[str, ...], tuple[str, ...]] = {
 
 def budget_of(recording: Recording) -> ErrorBudget:
     data = prepare_axis([recording], "x")
-    axis = recording.axes["x"]
-    base = fitted_base(data, base_axis(Estimate(np.zeros(4), np.zeros(4)), "rad", "N*m"))
-    units = (axis.position_unit, axis.effort_unit)
-    return error_budget(missed(data, base, noise_floor(data, base), units, {}))
+    units = recording.axes["x"].units
+    base = fitted_base(data, base_axis(Estimate(np.zeros(4), np.zeros(4)), *units))
+    return fitted_curves(Missed(data, base, noise_floor(data, base).rms)).budget
 
 
 @cache

@@ -50,7 +50,7 @@ def springy() -> Springy:
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
     compliance = next(c for c in candidates(data, False) if c.effect == "coupling_compliance")
     (row,) = regressors(data, fitted_base(data, TEMPLATE).axis, compliance, TRUE)[0]
-    data = replace(data, effort=data.effort + 0.4 * row, cache={})
+    data = replace(data, effort=data.effort + 0.4 * row)
     subspace = ResidualSubspace.of(data, fitted_base(data, TEMPLATE))
     grid = {"rate": np.array(RATES)} | {k: np.full(len(RATES), v) for k, v in WRONG.items()}
     at = [{name: values[k : k + 1] for name, values in grid.items()} for k in range(len(RATES))]
@@ -77,7 +77,7 @@ def test_a_slow_resonance_is_found_in_a_wide_range(rate: float) -> None:
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.01)], "x")
     compliance = next(c for c in candidates(data, False) if c.effect == "coupling_compliance")
     (row,) = regressors(data, fitted_base(data, TEMPLATE).axis, compliance, true | NO_WEIGHT)[0]
-    data = replace(data, effort=data.effort + 0.4 * row, cache={})
+    data = replace(data, effort=data.effort + 0.4 * row)
     subspace = ResidualSubspace.of(data, fitted_base(data, TEMPLATE))
     values = {"rate": rate, "damping_ratio": 0.1, "deceleration": 0.3, "damping_rate": 0.3}
     at = {name: np.array([value]) for name, value in (values | NO_WEIGHT).items()}

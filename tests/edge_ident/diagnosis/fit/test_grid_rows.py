@@ -47,7 +47,7 @@ def test_what_follows_from_the_motion_is_taken_over(search: Search) -> None:
 
 
 def test_another_grid_or_other_samples_are_computed(search: Search) -> None:
-    data, axis = moved(search.data), search.criterion.start.axis
+    data, axis = moved(search.data), search.start.axis
     ripple = next(c for c in search.library if c.effect == "torque_ripple")
     other = {name: 1.01 * values for name, values in search.grids[ripple].items()}
     rows = Library.of(data, axis, {ripple: other}, search.library).rows[ripple]

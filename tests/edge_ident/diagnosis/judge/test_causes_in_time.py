@@ -136,7 +136,7 @@ def test_weak_events_that_are_suspected_already_recur_as_well(weak: int) -> None
     ]
     search = Search.of(data, TEMPLATE, start)
     model = search.fit(start.base, events)
-    assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
+    assessed = Assessment.of(search, model, noise_floor(data, start), 0.01)
     assert list(_in_time(assessed, [0])) == ([0] if weak == 2 else [])
 
 

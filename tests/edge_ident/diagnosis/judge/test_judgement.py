@@ -18,7 +18,7 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause
 from edge_ident.diagnosis.select import cross_validation
 from edge_ident.diagnosis.select.physics import unphysical
-from edge_ident.diagnosis.select.search import Criterion, Search
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.model.effects import named
 from edge_ident.model.model import BASE
 from edge_ident.model.search import Form
@@ -73,7 +73,7 @@ def test_a_payload_without_mass_beside_what_stays_is_doubtful(mass: float) -> No
         {"inertia": 0.0, "coulomb_friction": 0.0},
     )
     model = search.fit(start.base, (payload,))
-    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
+    doubts = Assessment.of(search, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("inertia lies within" in doubts.get(0, "")) is (mass == 0.0)
 
 
@@ -89,7 +89,7 @@ def test_a_cause_that_is_as_uncertain_as_it_is_large_is_doubtful(
     term = FittedTerm(Candidate("asymmetric_friction", form), {}, dict.fromkeys(form.linear, 0.0))
     model = search.fit(start.base, (term,))
     monkeypatch.setattr(cross_validation, "joint_deviation", lambda *_: deviations)
-    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
+    doubts = Assessment.of(search, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("as uncertain as it is large" in doubts.get(0, "")) is doubtful
 
 
@@ -106,7 +106,7 @@ def test_a_cause_at_the_end_of_what_is_possible_is_doubtful(lost: float, doubtfu
     sides = {"guided": 0.0, "moved": 1.0}
     term = FittedTerm(Candidate("load_dependent_friction", form), sides, {"share": 0.3})
     model = search.fit(start.base, (term,))
-    doubts = Assessment.of(search, start, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
+    doubts = Assessment.of(search, model, noise_floor(data, start), 0.01).doubtful_sizes([0])
     assert ("share would be larger" in doubts.get(0, "")) is doubtful
 
 
@@ -154,8 +154,8 @@ def test_a_rest_of_a_fifth_of_the_effort_is_unexplained_however_rough_the_formul
     data = prepare_axis([recorded(t, x, 0.5 * a + v + wave, noise=0.02)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
     floor = NoiseFloor(0.02, 0.05, "known")
-    assessed = Assessment.of(Search.of(data, TEMPLATE, start), start, start, floor, 0.01)
-    monkeypatch.setattr(Criterion, "discrepancy", lambda *_: 10.0 * start.error)
+    assessed = Assessment.of(Search.of(data, TEMPLATE, start), start, floor, 0.01)
+    monkeypatch.setattr(Search, "discrepancy", lambda *_: 10.0 * start.error)
     assert assessed.rest(start) > 0.1
     assert assessed.structure(start)
 
@@ -179,7 +179,7 @@ def test_a_delay_along_one_sinusoid_leaves_nothing_but_noise(
     delay = FittedTerm(Candidate("time_delay", Form(("delay",))), {}, {"delay": 0.06})
     model = fit(data, TEMPLATE, start.base, (delay,))
     floor = NoiseFloor(0.02, 0.05, "known")
-    assessed = Assessment.of(Search.of(data, TEMPLATE, start), start, model, floor, 0.01)
+    assessed = Assessment.of(Search.of(data, TEMPLATE, start), model, floor, 0.01)
     assert (assessed.phases([0]) != {}) is doubtful
 
 

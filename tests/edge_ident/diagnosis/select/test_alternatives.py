@@ -14,7 +14,7 @@ from edge_ident.diagnosis.select.alternatives import (
     _fitted_alternative,
     compare_alternatives,
 )
-from edge_ident.diagnosis.select.search import Criterion, Search
+from edge_ident.diagnosis.select.search import Search
 from edge_ident.diagnosis.select.selection import fitted_base
 from edge_ident.model.model import Term
 from tests.edge_ident.diagnosis.select.test_search_parts import (
@@ -137,7 +137,7 @@ def test_what_fits_worse_than_nothing_is_no_alternative_however_large_its_discre
         return 1e9 if fitted.error > start.error else 0.0
 
     monkeypatch.setattr(Search, "fit", lambda self, base, terms: run_away(base, terms))
-    monkeypatch.setattr(Criterion, "discrepancy", lambda self, fitted: discrepancy(fitted))
+    monkeypatch.setattr(Search, "discrepancy", lambda self, fitted: discrepancy(fitted))
     compared = compare_alternatives(search, model, 0)
     assert compared.alternatives
     assert compared.replacement is None

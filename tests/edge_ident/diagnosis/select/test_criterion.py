@@ -49,15 +49,15 @@ def test_a_search_never_changes(prepared: tuple[AxisData, FittedModel]) -> None:
     time_s = data.of_motion("time_s")
     waves = sum(np.sin(w * time_s + w**2) * 0.2 for w in np.linspace(2.0, 9.0, 23))
     push = 0.6 * np.sin(2.0 * np.pi * data.of_motion("position") / 0.31)
-    data = replace(data, effort=data.effort + waves + push, cache={})
+    data = replace(data, effort=data.effort + waves + push)
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
-    before = search.criterion.samples
+    before = search.samples
     fewer = selected_model(data, TEMPLATE).search
-    assert fewer.criterion.samples < 0.8 * before
-    assert search.criterion.samples == before == np.count_nonzero(data.valid)
+    assert fewer.samples < 0.8 * before
+    assert search.samples == before == np.count_nonzero(data.valid)
     with pytest.raises(FrozenInstanceError):
-        search.criterion.samples = 1.0  # type: ignore[misc]
+        search.samples = 1.0  # type: ignore[misc]
 
 
 def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
@@ -65,7 +65,7 @@ def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
     t, x, v, a = swing(seconds=12.0, period_s=1e-3)
     data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.002, count=1e-3)], "x")
     start = fit(data, TEMPLATE, np.zeros(4), ())
-    criterion = Search.of(data, TEMPLATE, start).criterion
+    search = Search.of(data, TEMPLATE, start)
     lighter = build(TEMPLATE, start.base * (0.8, 1.0, 1.0, 1.0), ())
     late = data.timing_columns @ start.own
     model = replace(start, axis=lighter, predicted=data.predicted(lighter) + late)
@@ -74,5 +74,5 @@ def test_less_inertia_for_the_encoder_noise_is_no_evidence() -> None:
     torque = start.base[0] * (2.0 * np.pi * frequency_hz) ** 2 * noise
     density = 2.0 * period_s * torque**2 * band.power(frequency_hz)
     passed = np.count_nonzero(data.valid) * np.trapezoid(density, frequency_hz)
-    assert criterion.error(start) == start.error
-    assert criterion.error(model) - model.error == pytest.approx(0.36 * passed, rel=0.4)
+    assert search.error(start) == start.error
+    assert search.error(model) - model.error == pytest.approx(0.36 * passed, rel=0.4)

@@ -47,7 +47,7 @@ def hidden(data: AxisData, *terms: FittedTerm) -> AxisData | None:
     start = fit(data, TEMPLATE, np.zeros(4), ())
     search = Search.of(data, TEMPLATE, start)
     model = search.fit(start.base, (WAVE, *terms))
-    return delayed_data(Selected(search, start, SupportedModel(model, (), (), True)))
+    return delayed_data(Selected(search, SupportedModel(model, (), (), True)))
 
 
 def test_a_delay_beside_a_larger_ripple_is_found() -> None:

@@ -213,7 +213,7 @@ def test_beside_a_vibration_at_its_one_frequency_a_motion_says_nothing(
     )
     search = Search.of(data, TEMPLATE, start)
     model = search.fit(start.base, (shake,))
-    assessed = Assessment.of(search, start, model, noise_floor(data, start), 0.01)
+    assessed = Assessment.of(search, model, noise_floor(data, start), 0.01)
     kept = assessed.information_kept([0])
     assert kept < 0.1 if frequency_hz == 0.4 else kept > 0.95
     assert assessed.information_kept([]) == 1.0

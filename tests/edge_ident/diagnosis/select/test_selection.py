@@ -67,13 +67,13 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
     bends = FittedTerm(
         Candidate("nonlinear_viscous", form), {"exponent": 2.0}, dict.fromkeys(form.linear, 0.0)
     )
-    start = search.criterion.start
+    start = search.start
     model = search.fit(start.base, (bends, *superfluous[1].terms))
     floor = noise_floor(search.data, model)
     supported = settle(search, model)
     assert [s.decision.accepted for s in supported.support] == [True, False]
     for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
-        judged = judge(search, start, replace(supported, converged=converged), floor, Rules())
+        judged = judge(search, replace(supported, converged=converged), floor, Rules())
         assert [t.candidate.effect for t in judged.supported.model.terms] == names
     assert {cause.term.effect for cause in judged.suspected} == model.effects
     assert judged.verdict is Verdict.UNEXPLAINED
@@ -84,8 +84,8 @@ def test_what_would_leave_in_one_more_round_is_only_suspected(
 ) -> None:
     monkeypatch.setattr(selection, "MOST_ROUNDS", 0)
     search, supported = superfluous[0], settle(*superfluous)
-    start, floor = search.criterion.start, noise_floor(search.data, search.criterion.start)
-    judged = judge(search, start, supported, floor, Rules())
+    floor = noise_floor(search.data, search.start)
+    judged = judge(search, supported, floor, Rules())
     assert judged.supported.model.terms == ()
     (doubtful,) = judged.suspected
     assert "more than 0 to stay" in doubtful.decision
@@ -98,7 +98,7 @@ def test_from_a_wrong_cause_the_search_comes_to_the_right_ones(
     effort = rigid(v, a) + 0.2 * np.sin(2.0 * np.pi * x / 0.31) + 0.4 * v**2 * np.sign(v)
     data = prepare_axis([recorded(t, x, effort, noise=0.05)], "x")
     search = Search.of(data, TEMPLATE, fit(data, TEMPLATE, np.zeros(4), ()))
-    wrong = search.fit(search.criterion.start.base, superfluous[1].terms)
+    wrong = search.fit(search.start.base, superfluous[1].terms)
     supported = settle(search, wrong)
     assert supported.converged
     assert supported.model.effects == {"torque_ripple", "nonlinear_viscous"}

@@ -47,7 +47,7 @@ def selected(data: AxisData, *terms: FittedTerm, known: AxisModel = TEMPLATE) ->
     start = fit(data, known, np.zeros(4), ())
     search = Search.of(data, known, start)
     model = search.fit(start.base, terms)
-    return Selected(search, start, SupportedModel(model, (), (), True))
+    return Selected(search, SupportedModel(model, (), (), True))
 
 
 def out_by(data: AxisData, samples: float) -> AxisData:
@@ -56,7 +56,7 @@ def out_by(data: AxisData, samples: float) -> AxisData:
     moved = segment.in_step((samples - EARLY) * SLOW_S)
     moved = replace(moved, timing_column=segment.timing_column)
     effort = moved.effort[moved.sample_index]
-    return replace(data, segments=(moved,), effort=effort, cache={})
+    return replace(data, segments=(moved,), effort=effort)
 
 
 @pytest.mark.parametrize("others", [(), (DAMPED,)], ids=["alone", "beside a spring"])
