@@ -171,6 +171,7 @@ class Yardstick(Enum):
     """What the size of an effect is measured by, on the machine that has it."""
 
     TURN = "its own period"
+    WAVE = "its own wave"
     TRAVEL = "the travel"
     EFFORT = "the peak effort"
     INERTIA = "the inertia that the drive could have moved"
@@ -179,6 +180,8 @@ class Yardstick(Enum):
         """Its value, for values (D,) of the effect."""
         if self is Yardstick.TURN:
             return values["period"]
+        if self is Yardstick.WAVE:
+            return np.hypot(values["cosine"], values["sine"])
         if self is Yardstick.TRAVEL:
             return excitation.travel
         if self is Yardstick.EFFORT:

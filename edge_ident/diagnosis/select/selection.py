@@ -337,12 +337,13 @@ def different_first(scored: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
 
 
 def _kind(candidate: Candidate) -> tuple[str, ...]:
-    """The effect, and the other axes that take part in it.
+    """The effect, whether a place or a period of it is searched for, and the other axes in it.
 
     A weight that follows the own angle, and one that follows the sum of both, leave different
-    things for the next cause.
+    things for the next cause. So does a load that takes some of the ripple with its period.
     """
-    return candidate.effect, *axes_of(candidate.source, ())
+    searched = "searched" if candidate.form.nonlinear else ""
+    return candidate.effect, searched, *axes_of(candidate.source, ())
 
 
 def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> FittedModel | None:

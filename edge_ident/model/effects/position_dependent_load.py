@@ -16,11 +16,13 @@ import numpy as np
 
 from edge_ident.model.effect import Advice, Compensation, Draws, Effect, Parameter, Scale
 from edge_ident.model.motion import Array, Motion, Values, added, bump, polynomial, wave
-from edge_ident.model.search import Excitation, Form, Link, SearchSpec
+from edge_ident.model.search import Excitation, Form, Largest, Link, SearchSpec, Yardstick
 
 _TURN_RAD: Final = 2.0 * np.pi
 _MOST_WAVES: Final = 2.0  # most waves over the travel; what repeats more often is called ripple
 _ROUNDING: Final = 1e-9
+_CRANK: Final = 0.5
+"""Largest part of twice the angle, of that of the angle: half of crank over rod, the longer one."""
 
 
 class PositionDependentLoad(Effect):
@@ -142,6 +144,7 @@ EFFECT: Final = PositionDependentLoad(
         curve=("load", "position"),
         grid=_grid,
         physical=_physical,
+        largest=(Largest(("twice_cosine", "twice_sine"), _CRANK, Yardstick.WAVE),),
         essential=("period",),
     ),
     draw=_draw,
