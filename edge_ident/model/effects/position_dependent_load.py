@@ -3,8 +3,8 @@
 f = stiffness·x + curvature·x² + cubic·x³ + cosine·cos(φ) + sine·sin(φ) + twice_cosine·cos(2φ)
 + twice_sine·sin(2φ) + bump·exp(-((x - place)/width)²), where φ = 2π·x/period. A cable, a hose or a
 flexure hardens to both ends (cubic); a hanging arm has a period of 2π rad; a crank has a part of
-twice the angle; a bump is what a cable or a seal does at one place. The weight of a joint that
-another joint carries in the same plane follows the sum of both angles:
+twice the angle, at most half as large; a bump is what a cable or a seal does at one place. The
+weight of a joint that another joint carries in the same plane follows the sum of both angles:
 sum_cosine·cos(x + x₂) + sum_sine·sin(x + x₂), where x₂ may be the sum of two other angles, or have
 a minus. On one sinusoid the stiffness looks like inertia, because a is proportional to x there.
 Source: statics.

@@ -69,3 +69,24 @@ def test_friction_that_follows_the_weight_is_named(
     (loss,) = (c.term for c in axis.causes if c.term.effect == "load_dependent_friction")
     assert loss.values["share"] == pytest.approx(0.12, abs=0.005)
     assert axis.extended.estimate.parameters[2] == pytest.approx(COULOMB, rel=0.02)
+
+
+@pytest.mark.parametrize("seed", [0, 4, 5])
+def test_a_weight_and_cogging_along_a_short_stroke_keep_their_names(seed: int) -> None:
+    """The weight is nearly straight there, and one wave with its second order nearly does both."""
+    rng = np.random.default_rng(seed)
+    time_s = 0.001 * np.arange(12_000)
+    rates = 2.0 * np.pi * np.array([0.2, 0.37, 0.61, 0.9, 1.35])
+    size = 0.22 * rates[0] / rates
+    angle = rates * time_s[:, None] + rng.uniform(0.0, 2.0 * np.pi, len(rates))
+    position, velocity = (size * np.sin(angle)).sum(1), (size * rates * np.cos(angle)).sum(1)
+    acceleration = -(size * rates**2 * np.sin(angle)).sum(1)
+    effort = 0.4 * acceleration + 0.5 * velocity + 0.6 * np.sign(velocity)
+    effort += np.sin(position) + 0.2 * np.sin(20.0 * position)
+    effort += 0.02 * np.std(effort) * rng.standard_normal(len(time_s))
+    axis = AxisRecord(7e-4 * np.round(position / 7e-4), effort, "rad", "N*m")
+    found = diagnose([Recording(time_s, {"x": axis}, "a.csv")]).axes["x"]
+    assert found.verdict is Verdict.EXPLAINED
+    assert {c.term.effect for c in found.causes} == {"position_dependent_load", "torque_ripple"}
+    (ripple,) = (c.term for c in found.causes if c.term.effect == "torque_ripple")
+    assert ripple.values["period"] == pytest.approx(np.pi / 10.0, rel=0.01)
