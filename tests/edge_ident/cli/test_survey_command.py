@@ -106,7 +106,7 @@ def test_a_missing_folder_and_a_folder_that_cannot_be_written(sound: Path, tmp_p
     (tmp_path / "file").touch()
     done = run(sound, "-o", tmp_path / "file" / "out", "--json")
     assert (done.exit_code, json.loads(done.stdout)["code"]) == (5, "file")
-    assert "--output" in json.loads(done.stdout)["next_step"]
+    assert "choose another place" in json.loads(done.stdout)["next_step"]
 
 
 def test_what_is_said_of_the_files_holds_for_all(sound: Path, tmp_path: Path) -> None:

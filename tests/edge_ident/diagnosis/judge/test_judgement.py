@@ -221,8 +221,9 @@ def test_what_the_other_causes_take_back_is_suspected(
     monkeypatch.setattr(assessment, "own_efforts", lambda *_: efforts)
     model: Any = SimpleNamespace(terms=range(3), of_effect=lambda t: (t,))
     assessed: Any = SimpleNamespace(
-        left=lambda model: 1.0, start=None, scale=1.0, space=None, search=SimpleNamespace(data=None)
-    )
+        left=lambda model: 1.0, scale=1.0, space=None,
+        search=SimpleNamespace(data=None, start=None),
+    )  # fmt: skip
     assessed._together = lambda of: Assessment._together(assessed, of)
     found = Assessment.taken_back(assessed, model)
     assert sorted(found) == doubtful
