@@ -99,7 +99,10 @@ def _fitted(
     rest = Missed(data, others, floor.rms)
     products, off = products_of(rest, rest.curves), search.discrepancy(model)
     of_laws = sum(search.penalty(model.terms[k].candidate) for k in laws)
-    of_laws += search.misfit(model.error + off)
+    # with a law there may be more inertia, and more of the encoder's noise: that is no fault of it
+    most = search.noise_in(model, others)
+    of_laws += search.misfit(model.error + search.noise_below(most, model) + off)
+    off += search.noise_below(most, others)
     for number in curves:
         fit = fitted(products, (number,))
         left = rest.scale**2 * float(np.sum((products.signal - fit.predicted) ** 2))

@@ -258,7 +258,7 @@ class Search:
         Its own discrepancy is no excuse for the other model where it leaves more. Nor does more
         noise pass in a model than it leaves: a load that bounces answers any noise by another path.
         """
-        most = max(min(self._encoder_noise(m), m.error) for m in (before, after))
+        most = self.noise_in(before, after)
         error, left = (self.error(model, most) for model in (before, after))
         discrepancy = self.discrepancy(before)
         if left <= error:
@@ -294,10 +294,18 @@ class Search:
             Sum of squares of the encoder noise that passes, where that is more.
         """
         most = max(self._base_noise, passed)
-        left = fitted.error + max(most - self._encoder_noise(fitted), 0.0)
+        left = fitted.error + self.noise_below(most, fitted)
         withholding = [t for t in fitted.terms if named(t.candidate.effect).overrides("withheld")]
         factors = [ignored_command_penalty(self.data, t.model_term)[0] for t in withholding]
         return left * math.prod(map(float, factors))
+
+    def noise_in(self, *models: FittedModel) -> float:
+        """Sum of squares that the encoder noise has in that model in which more of it passes."""
+        return max(min(self._encoder_noise(m), m.error) for m in models)
+
+    def noise_below(self, most: float, fitted: FittedModel) -> float:
+        """By how much less of the encoder noise passes in a model than so much."""
+        return max(most - self._encoder_noise(fitted), 0.0)
 
     def _encoder_noise(self, fitted: FittedModel) -> float:
         """Sum of squares that the encoder noise has in the effort of a model."""

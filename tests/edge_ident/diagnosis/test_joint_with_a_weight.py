@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.result import AxisDiagnosis
+from edge_ident.model.model import AxisModel, Model, Term
 from edge_ident.signals.recording import AxisRecord, Recording
+from edge_ident.simulation.simulate import simulate
 
 Array = NDArray[np.float64]
 
@@ -69,6 +71,24 @@ def test_friction_that_follows_the_weight_is_named(
     (loss,) = (c.term for c in axis.causes if c.term.effect == "load_dependent_friction")
     assert loss.values["share"] == pytest.approx(0.12, abs=0.005)
     assert axis.extended.estimate.parameters[2] == pytest.approx(COULOMB, rel=0.02)
+
+
+def test_a_weight_along_a_sinusoid_passes_more_noise_and_keeps_its_name() -> None:
+    """The weight looks like a spring, so the base model has too little inertia, and curves in the
+    place of the weight leave it so: less of the encoder's noise passes beside them."""
+    base = dict(inertia=0.4, viscous_friction=0.5, coulomb_friction=0.6, offset=0.2)
+    weight = dict(stiffness=0.0, curvature=0.0, cosine=0.0, sine=1.0, period=2.0 * np.pi)
+    terms = Term("rigid_body", base), Term("position_dependent_load", weight)
+    time_s = 0.001 * np.arange(15_000)
+    position = 1.2 * np.sin(2.0 * np.pi * 0.4 * time_s)
+    axis = AxisRecord(position, 0.0 * position, "rad", "N*m", reference=position)
+    drawn = simulate(
+        Model({"x": AxisModel(terms)}), Recording(time_s, {"x": axis}, "drawn"),
+        encoder_counts=8192, effort_resolution=0.0, noise=0.02,
+    )  # fmt: skip
+    found = diagnose([drawn]).axes["x"]
+    assert [cause.term.effect for cause in found.causes] == ["position_dependent_load"]
+    assert found.model.parameters[0] == pytest.approx(0.4, rel=0.05)
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5])
