@@ -337,13 +337,12 @@ def different_first(scored: Sequence[ScoredCandidate]) -> list[ScoredCandidate]:
 
 
 def _kind(candidate: Candidate) -> tuple[str, ...]:
-    """The effect, whether a place or a period of it is searched for, and the other axes in it.
+    """The effect, and the other axes that take part in it.
 
     A weight that follows the own angle, and one that follows the sum of both, leave different
-    things for the next cause. So does a load that takes some of the ripple with its period.
+    things for the next cause.
     """
-    searched = "searched" if candidate.form.nonlinear else ""
-    return candidate.effect, searched, *axes_of(candidate.source, ())
+    return candidate.effect, *axes_of(candidate.source, ())
 
 
 def _child(search: Search, parent: FittedModel, scored: ScoredCandidate) -> FittedModel | None:
