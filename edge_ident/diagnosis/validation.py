@@ -77,10 +77,11 @@ def judge(
         suspected = [replace(every[k], decision=validation.causes[k].reason) for k in lost]
     unexplained = structure_elsewhere(data, in_step, found, tolerance)
     unexplained |= bool(lost) and leaves_structure(data, base, found, tolerance)
+    holds = supported.of(found, kept)
     carried = replace(
         judged,
-        verdict=verdict_of_both(judged.verdict, supported.of(found, kept), lost, unexplained),
-        supported=supported.of(found, kept),
+        verdict=verdict_of_both(judged.verdict, holds, lost, unexplained),
+        supported=holds,
         suspected=strongest_first((*judged.suspected, *suspected)),
         validation=validation,
     )

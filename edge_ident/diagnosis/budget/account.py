@@ -87,12 +87,12 @@ class Missed:
         """The whole, (n,)."""
         return self.data.effort[self.data.valid]
 
-    @property
+    @cached_property
     def block(self) -> NDArray[np.intp]:
         """Numbers of the blocks of time, (n,)."""
         return self.data.block[self.data.valid]
 
-    @property
+    @cached_property
     def laws(self) -> dict[str, Array]:
         """What the effects contribute, (n,) each."""
         return {name: part[self.data.valid] for name, part in self.contributions.items()}
@@ -102,7 +102,7 @@ class Missed:
         """Along that motion, made once."""
         return self.data.once(curves_of, lambda: curves_of(self.data))
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """Rms of the residual."""
         return max(float(np.sqrt(np.mean(self.residual**2))), _TINY)
