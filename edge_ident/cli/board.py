@@ -145,10 +145,9 @@ def _process_file(link: Path) -> Path:
 def _runs(process: Path) -> bool:
     """Whether the board that left its number still runs."""
     try:
-        os.kill(int(process.read_text()), 0)
+        return commissioning.ports.is_running(int(process.read_text()))
     except (OSError, ValueError):
         return False
-    return True
 
 
 def _press_stop(link: Path) -> None:

@@ -357,6 +357,11 @@ def _read(path: Path) -> Holder | None:
         return None
 
 
+def is_running(pid: int) -> bool:
+    """Whether a process runs; one that has ended and was not waited for does not."""
+    return _started(pid) is not None
+
+
 def _started(pid: int) -> str | None:
     """When a process began; None where it has ended. Empty where the system does not tell."""
     try:

@@ -31,6 +31,7 @@ from edge_ident.signals.metrics import rms
 from edge_ident.signals.recording import Recording
 from edge_ident.signals.recording_files import Given, given_recordings
 from edge_ident.support.given import check_type, number
+from edge_ident.support.given import seed as check_seed
 from edge_ident.support.words import listed
 from firmware_interface.board_types import AxisLimits
 from firmware_interface.gains import AxisGains
@@ -107,6 +108,7 @@ def plan_motion(
     """
     recordings, drive = given_recordings(recordings), given_drive(drive)
     _check_given(diagnosis, duration_s, budget)
+    check_seed(seed)
     _check_axes(diagnosis, drive)
     duration_s = drive.trajectory().duration_s if duration_s is None else duration_s
     allowed = _allowed(diagnosis, drive, board)

@@ -95,6 +95,7 @@ WRONG: dict[str, Callable[[edge_ident.Recording], object]] = {
     "a Recording is no Trajectory": lambda r: edge_ident.save_motion(r, "never.json"),
     "no method divination": lambda r: edge_ident.compare(r, methods="divination"),
     "seed is -1": lambda r: edge_ident.simulate(seed=-1),
+    "seed is -2": lambda r: edge_ident.plan_motion(edge_ident.diagnose(r), r, seed=-2),
     "seed is 0.5": lambda r: edge_ident.compare(r, seed=0.5),
     "a ReadOptions is no Mapping": lambda r: edge_ident.load_recording(
         "x.csv", edge_ident.ReadOptions()
