@@ -65,7 +65,8 @@ def _step(data: AxisData, model: FittedModel) -> Array:
 # like less viscous and more Coulomb friction over most of its range. There the data cannot tell the
 # two apart; only the formula of the cause says how much belongs to which. How well the formula is
 # confirmed shows in the part that the base model cannot express: what is left unexplained, over
-# that part of the cause, is the relative error that the formula may have. The same relative error
+# that part of the cause, is the relative error that the formula may have. Laws of one curve count
+# together: what two of them add that cancels confirms neither. The same relative error
 # of what the cause takes from a base parameter is added to the parameter's standard deviation. At
 # most it is all of it, where the interval reaches the parameter of the base model alone.
 #
@@ -100,8 +101,9 @@ def traded_deviations(data: AxisData, base: FittedModel, model: FittedModel, flo
     left = rms((data.effort - model.predicted)[data.valid])
     unexplained = float(np.sqrt(max(left**2 - floor**2, 0.0)))
     variance = np.zeros(len(PARAMETERS))
-    for k in range(len(model.terms)):
-        effort = term_effort(data, model, k)[data.valid]
+    for places in {model.of_law(t) for t in model.terms}:
+        parts = [term_effort(data, model, k) for k in places]
+        effort = np.sum(parts, axis=0)[data.valid]
         taken = solve(columns, effort)
         own = nonzero_rms(effort - columns @ taken)
         error = min(1.0, unexplained / own)

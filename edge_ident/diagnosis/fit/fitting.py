@@ -110,10 +110,11 @@ class FittedModel:
         """The derivatives, zero for what a bound holds."""
         return np.where(self.free, self.derivatives, 0.0)
 
-    def of_effect(self, term: FittedTerm) -> tuple[int, ...]:
-        """Places of the added terms that have the effect and the source of a term."""
-        names = [(t.candidate.effect, t.candidate.source) for t in (term, *self.terms)]
-        return tuple(k for k, name in enumerate(names[1:]) if name == names[0])
+    def of_law(self, term: FittedTerm) -> tuple[int, ...]:
+        """Places of the added terms that have the source of a term, and its effect or its curve:
+        two laws of friction over speed are one friction, and may largely cancel."""
+        laws = [_law(t.candidate) for t in (term, *self.terms)]
+        return tuple(k for k, law in enumerate(laws[1:]) if law == laws[0])
 
     def axis_without(self, places: Sequence[int]) -> AxisModel:
         """The axis without some of the added terms; all parameters stay as they are."""
@@ -204,6 +205,11 @@ def _fit_in_steps(
         step.free,
         float(residual @ residual),
     )
+
+
+def _law(candidate: Candidate) -> tuple[Hashable, ...]:
+    """What a candidate adds to: a curve, or what its effect does; and the axis it acts from."""
+    return named(candidate.effect).search.curve or candidate.effect, candidate.source
 
 
 def additive(template: AxisModel, terms: Sequence[FittedTerm]) -> bool:

@@ -138,7 +138,7 @@ def deviations_by_term(fitted: FittedModel, deviations: Array) -> list[dict[str,
 
 def joint_deviation(data: AxisData, fitted: FittedModel, places: Sequence[int]) -> float:
     """Standard deviation of the size of several terms taken as one, whose shape is given; as a
-    share of that size.
+    share of that size, infinite where they do nothing.
 
     Parameters
     ----------
@@ -147,6 +147,8 @@ def joint_deviation(data: AxisData, fitted: FittedModel, places: Sequence[int]) 
     """
     columns = np.r_[tuple(fitted.columns_of(k) for k in places)]
     together = fitted.derivatives[:, columns] @ fitted.linear_parameters[columns]
+    if not np.any(together):
+        return np.inf
     others = np.delete(fitted.jacobian, columns, axis=1)
     rest = [k for k in range(len(fitted.terms)) if k not in places]
     shapes = nonlinear_derivatives(data, fitted, rest)

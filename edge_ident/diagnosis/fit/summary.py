@@ -159,7 +159,7 @@ def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
         projection on the base model's columns, over the rms of the effort. Negative where the
         residual has less without it.
     """
-    together = [model.of_effect(model.terms[place]) for place in range(len(model.terms))]
+    together = [model.of_law(model.terms[place]) for place in range(len(model.terms))]
     seen = [s.direction_known for s in data.segments]
     places = list(zip(data.segments, seen, strict=True))
     effort = np.concatenate([_compared(s, measured(s), at) for s, at in places])

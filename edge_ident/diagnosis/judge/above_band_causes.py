@@ -149,9 +149,14 @@ def with_band_content(
     found : AxisDiagnosis
         Of a search beside `with_ripples`.
     """
-    known = (*axis.terms, *(cause.term for cause in found.causes))
-    new = _new(known, content.orders)
-    unnamed = _new(known, content.unnamed_orders)
+    inside = [cause.term for cause in found.causes]
+    # beside an order in the model, the search may find what its rate is off by: no other ripple
+    new = [
+        order
+        for order in _new(axis.terms, content.orders)
+        if order.share >= tolerance or _new(inside, [order])
+    ]
+    unnamed = _new((*axis.terms, *inside), content.unnamed_orders)
     worth = [_cause(s) for s in new if s.recorded >= tolerance]
     minor = [_cause(s) for s in new if s.recorded < tolerance]
     lasting = [s for s in content.lines if not _told(s, found.external_vibrations)]

@@ -131,7 +131,7 @@ class Assessment:
     def _together(self, model: FittedModel) -> list[float]:
         """Rms of each term's own effort, with the others of its effect, over that of the effort."""
         efforts = own_efforts(self.search.data, model, self.space)
-        parts = (efforts[list(model.of_effect(t))] for t in model.terms)
+        parts = (efforts[list(model.of_law(t))] for t in model.terms)
         return [rms(np.sum(part, axis=0)) / self.scale for part in parts]
 
     def against_all(self, kept: Sequence[int]) -> str | None:

@@ -72,7 +72,7 @@ def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
     gives it a size with each of them.
     """
     found = [False] * len(fitted.terms)
-    for places in {fitted.of_effect(t) for t in fitted.terms}:
+    for places in {fitted.of_law(t) for t in fitted.terms}:
         count = sum(len(fitted.terms[k].linear) for k in places)
         if count:
             unsure = SIZED * np.sqrt(count) * joint_deviation(data, fitted, places) > 1.0

@@ -1,13 +1,15 @@
 """What lies above the band decides on causes, on the model and on the verdict."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from edge_ident.diagnosis.diagnose import diagnose
-from edge_ident.diagnosis.judge.above_band_causes import supported_orders
-from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.judge.above_band_causes import supported_orders, with_band_content
+from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.wording import facts
-from edge_ident.model.model import Model
+from edge_ident.model.model import AxisModel, Model, Term
 from tests.edge_ident.diagnosis.above_band.test_content import content, recorded
 
 
@@ -41,6 +43,22 @@ def test_an_order_above_the_band_is_a_cause_with_its_amplitude() -> None:
     again = diagnose([recording], model=Model(found.model.axes)).axes["x"]
     assert again.causes == (), "it is known"
     assert len(again.model.terms) == 2
+
+
+def test_an_order_stays_a_cause_beside_what_its_rate_is_off_by() -> None:
+    """Along three quarters of a turn the search added 24.04 and 35.87 a turn, a tenth as large, to
+    24 and 36: these two were in the model, and no longer among the causes."""
+    found = content(recorded(2, order=(0.15, 36.0)))
+    (order,) = found.orders
+    beside = Term("torque_ripple", {"cosine": 0.01, "sine": 0.0, "period": 2.0 * np.pi / 35.9})
+    axis = diagnose([recorded(1)]).axes["x"]
+    (small,) = diagnose([recorded(2, order=(0.15, 36.0))]).axes["x"].causes
+    axis = replace(axis, causes=(replace(small, term=beside, share=0.01),))
+    empty = AxisModel(axis.model.terms[:1], *axis.model.units)
+    named = with_band_content(axis, found, empty, TOLERANCE).causes
+    assert [round(2.0 * np.pi / cause.term.values["period"], 1) for cause in named] == [36.0, 35.9]
+    less = replace(found, orders=(replace(order, share=0.1 * TOLERANCE),))
+    assert len(with_band_content(axis, less, empty, TOLERANCE).causes) == 1, "it is in no model"
 
 
 def test_a_small_order_is_minor() -> None:

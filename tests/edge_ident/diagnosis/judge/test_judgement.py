@@ -219,7 +219,7 @@ def test_what_the_other_causes_take_back_is_suspected(
     other = np.roll(wave, 25)
     efforts = np.array([size * wave, other, other - size * wave])
     monkeypatch.setattr(assessment, "own_efforts", lambda *_: efforts)
-    model: Any = SimpleNamespace(terms=range(3), of_effect=lambda t: (t,))
+    model: Any = SimpleNamespace(terms=range(3), of_law=lambda t: (t,))
     assessed: Any = SimpleNamespace(
         left=lambda model: 1.0, scale=1.0, space=None,
         search=SimpleNamespace(data=None, start=None),
