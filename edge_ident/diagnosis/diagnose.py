@@ -68,7 +68,8 @@ def diagnose(
     stability : bool, optional
         Deprecated, and without effect: no search is repeated on disturbed data any more.
     keep_minor : bool, optional
-        Whether the extended model has the minor causes too.
+        Whether the extended model has the minor causes too, as it has where another recording
+        judges them.
     only : str or collection of str
         Names of the axes to diagnose; none for all.
     on_progress : callable
@@ -104,7 +105,8 @@ def diagnose(
     every = [with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in every]
     validates = [with_mended_stamps(validate)] if validate else []
     axes, validations = {}, {}
-    rules = Rules(tolerance, keep_minor)
+    # what is small in one recording may be more than the tolerance of another
+    rules = Rules(tolerance, keep_minor or validate is not None)
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         parts, places, said = in_parts(every, name)

@@ -355,8 +355,8 @@ def _of_data(signals: Signals, stamp_jitter: float, lost_rows: int) -> Iterator[
     if standing > 0 and not signals.unknown_share:
         yield Finding(
             "standstill",
-            f"in {standing:.1%} of the recording the axis is at rest or nearly so; "
-            "this part was not used",
+            f"{standing:.1%} of the recording are standstills, with what the filter mixes with "
+            "them; this part was not used",
             "use stiffer feedback or friction feed-forward to shorten the rest at reversals",
         )
 

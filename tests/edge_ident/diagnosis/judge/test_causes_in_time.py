@@ -27,6 +27,7 @@ from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select.cross_validation import unsized
 from edge_ident.diagnosis.select.search import Search
+from edge_ident.model.effects import named
 from edge_ident.model.model import AxisModel, Term
 from edge_ident.model.search import Form
 from tests.edge_ident.diagnosis.select.test_search_parts import (
@@ -167,6 +168,17 @@ def test_of_pulses_that_overlap_the_size_is_that_of_their_sum(level: float, unkn
     for pulse, std in zip(model.terms, stds, strict=True):
         assert abs(pulse.linear["level"]) < std["level"]
     assert unsized(data, model) == [unknown] * 3
+
+
+def test_what_a_bound_holds_at_zero_has_no_size() -> None:
+    """Its derivatives are as sure as any, and rounding may say that it improves a prediction."""
+    t, x, v, a = swing()
+    data = prepare_axis([recorded(t, x, rigid(v, a), noise=0.05)], "x")
+    candidate = Candidate("stribeck_friction", named("stribeck_friction").search.forms[0])
+    law = FittedTerm(candidate, {"speed": 0.3, "exponent": 1.0}, {"level": 0.0})
+    model = fit(data, TEMPLATE, np.zeros(4), (law,))
+    stopped = replace(model, terms=(law,))
+    assert unsized(data, stopped) == [True]
 
 
 def test_a_knock_that_is_shorter_than_the_grid_is_one_event() -> None:
