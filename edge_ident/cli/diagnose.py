@@ -38,7 +38,7 @@ def diagnose(
     model: Setting[Path | None] = None,
     tolerance: Annotated[float, setting(parser=options.part)] = edge_ident.TOLERANCE,
     stability: Annotated[bool | None, typer.Option("--stability/--no-stability")] = None,
-    keep_minor: bool = False,
+    keep_minor: Annotated[bool | None, typer.Option("--keep-minor")] = None,
     page: Annotated[Literal["html", "markdown"], setting("--format")] = "html",
     machine: Setting[str] = "",
     reading: FileOptions,
@@ -63,13 +63,15 @@ def diagnose(
     stability
         Deprecated, and without effect: no search is repeated any more.
     keep_minor
-        Also keep supported causes in the model that are smaller than --tolerance.
+        Deprecated, and without effect: the model has the causes that are smaller than --tolerance.
     page
         Format of the page in the folder: one HTML file, or Markdown with pictures.
     """
     options.check_no_run(results.output)
     if stability is not None:
         say("ignored: --stability and --no-stability are deprecated, and have no effect")
+    if keep_minor is not None:
+        say("ignored: --keep-minor is deprecated, and has no effect")
     keep()
     with shown_progress() as bars:
         bars.stage("reading")
@@ -77,7 +79,7 @@ def diagnose(
         known = options.model_for(model, recordings[0].axes)
         found = edge_ident.diagnose(
             recordings, model=known, validate=reading.read(validate) if validate else None,
-            tolerance=tolerance, keep_minor=keep_minor, on_progress=bars.show,
+            tolerance=tolerance, on_progress=bars.show,
         )  # fmt: skip
     shown = results.output and results.output / _PAGES[page]
     done = reading.done(*files, validate, page=shown, model=model)

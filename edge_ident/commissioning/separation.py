@@ -387,9 +387,7 @@ def _of_axis(
     from edge_ident.diagnosis.diagnose import diagnose
 
     # what is too small to be named still moves parameters
-    found = diagnose(
-        [recording], model=model, keep_minor=True, only=[name], on_progress=on_progress
-    )
+    found = diagnose([recording], model=model, only=[name], on_progress=on_progress)
     return found.axes[name]
 
 

@@ -32,7 +32,6 @@ from edge_ident.diagnosis.judge.above_band_causes import (
     without_names,
 )
 from edge_ident.diagnosis.judge.causes import causes, not_testable, strongest_first
-from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.measures import Validation, Verdict
 from edge_ident.diagnosis.nuisances import Difference
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -70,7 +69,7 @@ class AxisProblem:
     name: str
     template: AxisModel
     validates: Sequence[Recording]
-    rules: Rules
+    tolerance: float
 
     @cached_property
     def data(self) -> AxisData:
@@ -115,7 +114,7 @@ class _Outcome:
 def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     """A diagnosis in the band of the problem, with the ripples and lines above it."""
     recordings, name, template = problem.recordings, problem.name, problem.template
-    data, tolerance = problem.data, problem.rules.tolerance
+    data, tolerance = problem.data, problem.tolerance
     content = above_band(recordings, name, data)
     efforts = effort_findings(recordings, name)
     if contradicted(efforts):
@@ -123,7 +122,7 @@ def _in_band(problem: AxisProblem) -> tuple[AxisDiagnosis, Validation | None]:
     content, out_of_step = orders_in_step(data, template, content, tolerance)
 
     def searched(axis: AxisModel) -> AxisSearch:
-        found = search_axis(recordings, name, efforts, problem.rules, data, axis)
+        found = search_axis(recordings, name, efforts, tolerance, data, axis)
         return with_ripples_everywhere(found, recordings, name, tolerance)
 
     known = with_ripples(template, content, tolerance)

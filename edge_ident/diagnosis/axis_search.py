@@ -17,7 +17,7 @@ from edge_ident.diagnosis.fit.held_out import standard_deviations
 from edge_ident.diagnosis.fit.noise_floor import NoiseFloor, noise_floor, rms_left
 from edge_ident.diagnosis.fit.summary import base_space, own_shares
 from edge_ident.diagnosis.judge.causes import causes, strongest_first
-from edge_ident.diagnosis.judge.judgement import Judgement, Rules, judge
+from edge_ident.diagnosis.judge.judgement import Judgement, judge
 from edge_ident.diagnosis.measures import Verdict
 from edge_ident.diagnosis.nuisances import differences, instead_of_causes, own_values
 from edge_ident.diagnosis.prepare.axis_data import AxisData
@@ -74,7 +74,7 @@ def search_axis(
     recordings: Sequence[Recording],
     name: str,
     efforts: Sequence[Sequence[Finding]],
-    rules: Rules,
+    tolerance: float,
     data: AxisData,
     known: AxisModel,
 ) -> AxisSearch:
@@ -86,12 +86,12 @@ def search_axis(
     efforts : sequence of sequence of Finding
         On the effort of each recording.
     """
-    data = adequate_data(data, known, rules.tolerance)
+    data = adequate_data(data, known, tolerance)
     laws = controllers_laws(recordings, name, data)
     # what such a loop makes of the motion has no cause that is worth a search
-    selected = unsearched(data, known) if laws else _selected(data, known, rules.tolerance)
+    selected = unsearched(data, known) if laws else _selected(data, known, tolerance)
     said = [finding for each in (*efforts, laws) for finding in each]
-    return _judged(recordings, name, said, rules, selected)
+    return _judged(recordings, name, said, tolerance, selected)
 
 
 def _selected(data: AxisData, known: AxisModel, tolerance: float) -> Selected:
@@ -123,7 +123,7 @@ def _judged(
     recordings: Sequence[Recording],
     name: str,
     said: Sequence[Finding],
-    rules: Rules,
+    tolerance: float,
     selected: Selected,
 ) -> AxisSearch:
     """What was selected, judged beside what was said of the recordings."""
@@ -131,14 +131,14 @@ def _judged(
     floor = noise_floor(search.data, start, float(model.base[0]))
     floor = floor.at_most(rms_left(search.data, model, search.samples))
     checks = findings(recordings, name, search.data, model, said)
-    judged = judge(search, selected.supported, floor, rules, _blocked(checks))
+    judged = judge(search, selected.supported, floor, tolerance, _blocked(checks))
     if _blocked(checks) is None:
         checks = (
             *checks,
-            *_of_their_own(recordings, name, selected, judged.verdict, rules.tolerance),
+            *_of_their_own(recordings, name, selected, judged.verdict, tolerance),
         )
         if _blocked(checks) is not None:
-            judged = judge(search, selected.supported, floor, rules, _blocked(checks))
+            judged = judge(search, selected.supported, floor, tolerance, _blocked(checks))
     return AxisSearch(selected, floor, checks, judged)
 
 

@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from edge_ident.diagnosis.axis_diagnosis import AxisProblem, diagnose_axis
-from edge_ident.diagnosis.judge.judgement import Rules
 from edge_ident.diagnosis.measures import TOLERANCE
 from edge_ident.diagnosis.motion_check import with_motion_errors
 from edge_ident.diagnosis.prepare.preparation import TooShortError, in_parts
@@ -46,7 +45,7 @@ def diagnose(
     validate: Given | None = None,
     tolerance: float = TOLERANCE,
     stability: bool | None = None,
-    keep_minor: bool = False,
+    keep_minor: bool | None = None,
     only: str | Collection[str] = (),
     on_progress: Progress = lambda stage, done, of: None,
 ) -> Diagnosis:
@@ -68,8 +67,7 @@ def diagnose(
     stability : bool, optional
         Deprecated, and without effect: no search is repeated on disturbed data any more.
     keep_minor : bool, optional
-        Whether the extended model has the minor causes too, as it has where another recording
-        judges them.
+        Deprecated, and without effect: the extended model has the minor causes.
     only : str or collection of str
         Names of the axes to diagnose; none for all.
     on_progress : callable
@@ -93,8 +91,10 @@ def diagnose(
     >>> found.axes["x"].verdict.value
     'adequate'
     """
-    if stability is not None:
-        warnings.warn("`stability` has no effect: leave it out", DeprecationWarning, stacklevel=2)
+    for old, value in (("stability", stability), ("keep_minor", keep_minor)):
+        if value is not None:
+            unused = f"`{old}` has no effect: leave it out"
+            warnings.warn(unused, DeprecationWarning, stacklevel=2)
     number("tolerance", tolerance, 0.0, _LARGEST, "give a share of the effort, such as 0.01")
     every = given_recordings(recordings)
     validate = None if validate is None else given_recording(validate, "validate")
@@ -105,13 +105,11 @@ def diagnose(
     every = [with_mended_stamps(replace(each, begin_s=each.begin_s - begin_s)) for each in every]
     validates = [with_mended_stamps(validate)] if validate else []
     axes, validations = {}, {}
-    # what is small in one recording may be more than the tolerance of another
-    rules = Rules(tolerance, keep_minor or validate is not None)
     for done, name in enumerate(names):
         on_progress("diagnosis", done, len(names))
         parts, places, said = in_parts(every, name)
         others, _, also_said = in_parts(validates, name)
-        problem = AxisProblem(parts, name, _template(parts[0], name, model), others, rules)
+        problem = AxisProblem(parts, name, _template(parts[0], name, model), others, tolerance)
         problem, places, short = _without_short(problem, places)
         found, validation = diagnose_axis(problem)
         given = replace(found.traces, recording=np.array(places)[found.traces.file])

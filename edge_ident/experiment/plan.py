@@ -313,7 +313,6 @@ def _diagnosed(
         recordings,
         model=model,
         tolerance=TOLERANCE * min(share, 1.0),
-        keep_minor=True,
         only=[name],
         on_progress=on_progress,
     )

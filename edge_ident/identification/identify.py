@@ -153,9 +153,7 @@ def _diagnosed(
 
     try:
         # what is too small to be named still moves parameters
-        found = diagnose(
-            [recording], model=model, keep_minor=True, only=[name], on_progress=on_progress
-        )
+        found = diagnose([recording], model=model, only=[name], on_progress=on_progress)
     except DataError as error:
         return error
     return found.axes[name]

@@ -22,30 +22,16 @@ from edge_ident.diagnosis.judge.causes_in_time import imitated, recurring
 from edge_ident.diagnosis.judge.free_curves import curves_instead
 from edge_ident.diagnosis.judge.halves import decide_halves
 from edge_ident.diagnosis.judge.unknown import unknown_instead
-from edge_ident.diagnosis.measures import TOLERANCE, Validation, Verdict
+from edge_ident.diagnosis.measures import Validation, Verdict
 from edge_ident.diagnosis.result import Cause, Refused
 from edge_ident.diagnosis.select.acceptance import Decision, larger_than_rest
 from edge_ident.diagnosis.select.cross_validation import evidence_for_terms, tied_to_time
-from edge_ident.diagnosis.select.search import Search
+from edge_ident.diagnosis.select.search import Search, many_other_laws
 from edge_ident.diagnosis.select.selection import SupportedModel, SupportedTerm, without_each
 from edge_ident.diagnosis.select.thresholds import INFORMATION_KEPT
 
 _UNSETTLED: Final = "the selection of causes did not converge: in another round others may stay"
 _SOUND: Final = "certain, and no fault: the chain of a sound drive winds up as much"
-
-
-@dataclass(frozen=True)
-class Rules:
-    """What a user may ask of the judgement.
-
-    Attributes
-    ----------
-    keep_minor : bool
-        Whether minor causes stay in the model.
-    """
-
-    tolerance: float = TOLERANCE
-    keep_minor: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,7 +41,7 @@ class Judgement:
     Attributes
     ----------
     supported : SupportedModel
-        With the supported causes, external vibrations and, if they are kept, minor causes.
+        With the supported causes, external vibrations and minor causes.
     suspected, minor : tuple of Cause
         Strongest first.
     rest : float
@@ -77,20 +63,22 @@ def judge(
     search: Search,
     selected: SupportedModel,
     floor: NoiseFloor,
-    rules: Rules,
+    tolerance: float,
     blocked: str | None = None,
 ) -> Judgement:
     """Judge every term of the model that the search ends with.
 
     Parameters
     ----------
+    tolerance : float
+        Smallest share of the effort that is worth naming.
     blocked : str, optional
         Why no cause may be named.
     """
     doubts = {} if selected.converged else dict.fromkeys(range(len(selected.support)), _UNSETTLED)
     doubts |= _refused(s.decision for s in selected.support)
     doubts |= curves_instead(search, selected.model, floor)
-    assessed = Assessment.of(search, selected.model, floor, rules.tolerance)
+    assessed = Assessment.of(search, selected.model, floor, tolerance)
     kept = [k for k in range(len(selected.model.terms)) if k not in doubts]
     doubts |= unknown_instead(assessed, kept)
     kept = [k for k in kept if k not in doubts]
@@ -105,7 +93,7 @@ def judge(
     if reason is not None:
         doubts |= dict.fromkeys(kept, reason)
         kept = []
-    judged = _judgement(assessed, beside, selected, _sort(assessed, kept, doubts), rules)
+    judged = _judgement(assessed, beside, selected, _sort(assessed, kept, doubts))
     # a recording that contradicts itself is understood by no model, however well one fits
     return replace(judged, verdict=Verdict.UNEXPLAINED) if blocked else judged
 
@@ -218,22 +206,24 @@ def _judgement(
     beside: Assessment,
     selected: SupportedModel,
     found: _Sorted,
-    rules: Rules,
 ) -> Judgement:
     data, model = assessed.search.data, selected.model
     every = causes(selected, assessed.shares(model), standard_deviations(data, model))
     own = [t.candidate != VIBRATION for t in selected.model.terms]
     doubtful = [replace(every[k], decision=r) for k, r in found.doubts.items() if own[k]]
     vibrations = [Refused(VIBRATION.effect, r) for k, r in found.doubts.items() if not own[k]]
-    staying = sorted({*found.sound, *(found.minor if rules.keep_minor else ())})
-    left_out = [k for k in found.minor if own[k] and k not in staying]
-    minor = [replace(every[k], decision=_minor_reason(assessed, k)) for k in left_out]
+    many, minor = many_other_laws(data), [k for k in found.minor if own[k]]
+    # along one path, what is small of several other axes may be anything
+    left_out = [k for k in minor if many and model.terms[k].candidate.source is not None]
+    staying = sorted({*found.sound, *minor}.difference(left_out))
     supported = _supported(assessed, beside, selected, found.named, staying)
     return Judgement(
         verdict=_verdict(assessed, found),
         supported=replace(supported, refused=(*selected.refused, *vibrations)),
         suspected=strongest_first(doubtful),
-        minor=strongest_first(minor),
+        minor=strongest_first(
+            replace(every[k], decision=_minor_reason(assessed, k)) for k in left_out
+        ),
         rest=beside.rest(beside.fitted(sorted([*found.named, *staying]))),
     )
 

@@ -211,13 +211,9 @@ def test_help_has_an_example() -> None:
     assert "Example: edge-ident diagnose" in text
 
 
-def test_the_rules_of_acceptance_are_options(
-    file: Path, answered: Callable[[Diagnosis], Engine]
-) -> None:
+def test_the_tolerance_is_an_option(file: Path, answered: Callable[[Diagnosis], Engine]) -> None:
     stand_in = answered(hand_made.diagnosis())
     assert diagnose(file).exit_code == 0
-    asked = {name: stand_in.asked[name] for name in ("tolerance", "keep_minor")}
-    assert asked == {"tolerance": 0.01, "keep_minor": False}
-    diagnose(file, "--tolerance", "0.03", "--keep-minor")
-    asked = {name: stand_in.asked[name] for name in ("tolerance", "keep_minor")}
-    assert asked == {"tolerance": 0.03, "keep_minor": True}
+    assert stand_in.asked["tolerance"] == 0.01
+    diagnose(file, "--tolerance", "0.03")
+    assert stand_in.asked["tolerance"] == 0.03

@@ -10,8 +10,8 @@ from edge_ident.diagnosis.fit.candidates import Candidate
 from edge_ident.diagnosis.fit.fitting import FittedModel, FittedTerm, fit
 from edge_ident.diagnosis.fit.library import ScoredCandidate
 from edge_ident.diagnosis.fit.noise_floor import noise_floor
-from edge_ident.diagnosis.judge.judgement import Rules, judge
-from edge_ident.diagnosis.measures import Verdict
+from edge_ident.diagnosis.judge.judgement import judge
+from edge_ident.diagnosis.measures import TOLERANCE, Verdict
 from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.select import selection
 from edge_ident.diagnosis.select.cross_validation import near_zero
@@ -73,7 +73,7 @@ def test_nothing_is_named_of_a_selection_that_did_not_converge(
     supported = settle(search, model)
     assert [s.decision.accepted for s in supported.support] == [True, False]
     for converged, names in ((True, ["nonlinear_viscous"]), (False, [])):
-        judged = judge(search, replace(supported, converged=converged), floor, Rules())
+        judged = judge(search, replace(supported, converged=converged), floor, TOLERANCE)
         assert [t.candidate.effect for t in judged.supported.model.terms] == names
     assert {cause.term.effect for cause in judged.suspected} == model.effects
     assert judged.verdict is Verdict.UNEXPLAINED
@@ -85,7 +85,7 @@ def test_what_would_leave_in_one_more_round_is_only_suspected(
     monkeypatch.setattr(selection, "MOST_ROUNDS", 0)
     search, supported = superfluous[0], settle(*superfluous)
     floor = noise_floor(search.data, search.start)
-    judged = judge(search, supported, floor, Rules())
+    judged = judge(search, supported, floor, TOLERANCE)
     assert judged.supported.model.terms == ()
     (doubtful,) = judged.suspected
     assert "more than 0 to stay" in doubtful.decision
