@@ -6,6 +6,10 @@ taken off before. One least-squares fit to all recordings finds all of it. What 
 ridge, whose strength is the one that predicts stretches best which were left out; where it does not
 predict them better than the line alone, beyond chance, there is none.
 
+The line has all that a line can have, and an entry over speed stays where it is certain. Few
+samples are as slow as the first entries, and those come from reversals, where an axis sticks and
+creeps: what they say of slow moves made these worse than no gains at all.
+
 Every stretch is left out once more for the deviations (the jackknife over groups), so they hold
 what is unexplained, too, and how all numbers of the fit move together.
 
@@ -46,7 +50,13 @@ _FEWEST: Final = 8  # stretches of a recording, at least
 _RIDGES: Final = (np.inf, 1.0, 0.1, 0.01)
 _CERTAIN: Final = 2.0  # standard errors by which what repeats must predict better
 _LEAST: Final = 0.01  # least value of a positive parameter, over its deviation
+_NONZERO: Final = 3.0  # deviations by which an entry over speed differs from nothing
+# Filtered direction, and cut-off periods since a reversal, from which on the filter mixes hardly
+# any of the other direction in.
+_ONE_WAY: Final = 0.99
+_SETTLED_PERIODS: Final = 2.0
 _BASE: Final = len(PARAMETERS)
+_SPEED: Final = slice(_BASE, _BASE + OVER_SPEED)
 _TINY: Final = float(np.finfo(float).tiny)
 
 
@@ -109,6 +119,8 @@ def effective_axis(
     found, spread = sums.jackknifed(ridge)
     if ridge is None:
         found, spread = found[:_BASE], spread[:, :_BASE]
+    else:
+        found, spread = _certain(rows.with_all_in_line(np.vstack([found, spread])))
     std = np.sqrt(np.sum(spread[:, :_BASE] ** 2, axis=0))
     left = rows.effort - rows.columns[:, : len(found)] @ found
     drift = rows.drift(left)
@@ -118,6 +130,15 @@ def effective_axis(
     share = float(np.linalg.norm(left) / max(float(np.linalg.norm(rows.effort)), _TINY))
     repeating = None if ridge is None else Repeating(rows.grid, found[_BASE:])
     return EffectiveAxis(model, repeating, spread, drift, share)
+
+
+def _certain(numbers: Array) -> tuple[Array, Array]:
+    """Numbers (P,) and their spread (B, P), the rows of (1 + B, P), with those entries over speed
+    that are certain."""
+    found, spread = numbers[0], numbers[1:]
+    doubtful = np.abs(found) < _NONZERO * np.sqrt(np.sum(spread**2, axis=0))
+    numbers[:, _SPEED] = np.where(doubtful[_SPEED], 0.0, numbers[:, _SPEED])
+    return found, spread
 
 
 _Part = tuple[Array, Array, Array, NDArray[np.intp]]
@@ -182,6 +203,17 @@ class _Rows:
         columns = weight[:, None] * np.concatenate([regressor, along], axis=1)
         return cls(columns, weight * effort, stretch, motion, grid, seen)
 
+    def with_all_in_line(self, numbers: Array) -> Array:
+        """Numbers (K, P) in which the line has of the entries over speed what a line can have."""
+        line = slice(1, _BASE)
+        parts = np.linalg.lstsq(self.columns[:, line], self.columns[:, _SPEED], rcond=None)[0]
+        moved = numbers[:, _SPEED] @ parts.T
+        seen = np.any(self.columns[:, _SPEED], axis=0)
+        changed = numbers.copy()
+        changed[:, line] += moved
+        changed[:, _SPEED] -= moved @ self.grid.lines.T * seen
+        return changed
+
     def drift(self, left: Array) -> Array:
         """How far friction and offset of each motion are from those of all, as a deviation of the
         next one: what is left (N,) of each has lines of its own."""
@@ -214,6 +246,11 @@ def _part(recording: Recording, name: str, effects: Sequence[Term], late_s: floa
     (position,) = differentiate(axis.position, signals.cutoff_hz, signals.period_s, orders=[0])
     stretches = max(round(len(signals.effort) * signals.period_s / _STRETCH_S), _FEWEST)
     stretch = stretches * samples // len(signals.effort)
+    acceleration, velocity, direction, _ = signals.regressor[samples].T
+    settled = np.abs(velocity) > np.abs(acceleration) * _SETTLED_PERIODS / signals.cutoff_hz
+    settled &= direction * np.sign(velocity) > _ONE_WAY
+    if len(np.unique(stretch[settled])) >= _FEWEST:  # else the motion turns faster than the filter
+        samples, stretch = samples[settled], stretch[settled]
     return signals.regressor[samples], signals.effort[samples], position[samples], stretch
 
 
@@ -287,7 +324,7 @@ class _Sums:
 
 
 # Entries over speed and over position.
-_GROUPS: Final = (slice(_BASE, _BASE + OVER_SPEED), slice(_BASE + OVER_SPEED, None))
+_GROUPS: Final = (_SPEED, slice(_SPEED.stop, None))
 
 
 def _best_ridge(sums: _Sums) -> tuple[float, float] | None:

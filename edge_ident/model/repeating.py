@@ -58,6 +58,15 @@ class Grid:
         parts = (friction * forward, friction * backward, place, place * direction[:, None])
         return np.concatenate(parts, axis=1)
 
+    @property
+    def lines(self) -> Array:
+        """Entries over speed, (`OVER_SPEED`, 3), that do what viscous friction, Coulomb friction
+        and an offset of one do."""
+        speed = self.top_speed * np.linspace(0.0, 1.0, FRICTION_ENTRIES) ** 2
+        ones = np.ones(FRICTION_ENTRIES)
+        forward, backward = ([speed, ones, way * ones] for way in (1.0, -1.0))
+        return np.concatenate([forward, backward], axis=1).T
+
 
 @dataclass(frozen=True)
 class Repeating:

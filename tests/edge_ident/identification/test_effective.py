@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import edge_ident
-from edge_ident.identification.effective import effective_axis
+from edge_ident.identification.effective import _SPEED, _Rows, effective_axis
 from edge_ident.signals.recording import Recording
 
 
@@ -22,6 +22,47 @@ def with_more(recording: Recording, load: float, friction: float) -> Recording:
     wave = np.sin(2.0 * np.pi * x.position / 6.0)
     more = replace(x, effort=x.effort + load * wave + friction * wave * direction)
     return replace(recording, axes={**recording.axes, "x": more})
+
+
+def sticking(recording: Recording, friction: float, reach: float) -> Recording:
+    """The same with friction that gives way by `reach` at reversals before it slides."""
+    x = recording.axes["x"]
+    wound = np.empty(len(x.position))
+    state = 0.0
+    for k, step in enumerate(np.diff(x.position, prepend=x.position[0])):
+        state = min(max(state + step / reach, -1.0), 1.0)
+        wound[k] = state
+    more = replace(x, effort=x.effort + friction * wound)
+    return replace(recording, axes={**recording.axes, "x": more})
+
+
+@pytest.mark.parametrize("reach", [0.01, 0.05])
+def test_what_sticks_at_reversals_says_nothing_of_slow_moves(
+    motions: tuple[Recording, Recording], reach: float
+) -> None:
+    """Samples are slow near reversals alone: of 4.4 N·m of friction 0.4 were left for slow moves,
+    and a third of the inertia was gone."""
+    found = effective_axis([with_more(sticking(m, 3.0, reach), 0.3, 0.0) for m in motions], "x")
+    inertia, _, coulomb, offset = found.model.parameters
+    assert inertia == pytest.approx(0.43, rel=0.15)
+    assert found.repeating is not None
+    at, still = np.zeros(4), np.array([0.005, 0.02, 0.05, 0.1])
+    for way in (1.0, -1.0):
+        more = found.repeating.effort(at, way * still, np.full(4, way))
+        assert way * (more + offset) + coulomb == pytest.approx(np.full(4, 4.4), rel=0.2)
+
+
+def test_the_line_has_what_a_line_can_have(motions: tuple[Recording, Recording]) -> None:
+    rows = _Rows.of(motions, "x", (), 0.0)
+    rng = np.random.default_rng(3)
+    numbers = rng.standard_normal((2, rows.columns.shape[1]))
+    numbers[:, _SPEED] *= np.any(rows.columns[:, _SPEED], axis=0)
+    moved = rows.with_all_in_line(numbers)
+    over_speed = rows.columns[:, _SPEED] @ moved[:, _SPEED].T
+    line = np.linalg.lstsq(rows.columns[:, 1:4], over_speed, rcond=None)[0]
+    assert np.all(np.abs(line) < 0.02)
+    before, after = (rows.columns @ each.T for each in (numbers, moved))
+    assert np.std(after - before) < 0.02 * np.std(before)
 
 
 def test_nothing_repeats_on_a_machine_that_is_a_rigid_body(
