@@ -249,7 +249,8 @@ def _part(recording: Recording, name: str, effects: Sequence[Term], late_s: floa
     acceleration, velocity, direction, _ = signals.regressor[samples].T
     settled = np.abs(velocity) > np.abs(acceleration) * _SETTLED_PERIODS / signals.cutoff_hz
     settled &= direction * np.sign(velocity) > _ONE_WAY
-    if len(np.unique(stretch[settled])) >= _FEWEST:  # else the motion turns faster than the filter
+    # else the motion turns faster than the filter
+    if np.count_nonzero(np.bincount(stretch[settled])) >= _FEWEST:
         samples, stretch = samples[settled], stretch[settled]
     return signals.regressor[samples], signals.effort[samples], position[samples], stretch
 
