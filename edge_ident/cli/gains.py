@@ -1,6 +1,6 @@
 """The command gains: designs from a recording, or runs one of its verbs on a board."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -19,7 +19,7 @@ from edge_ident.support.next_step import Done
 from edge_ident.support.words import listed
 
 if TYPE_CHECKING:
-    from edge_ident import Board
+    from edge_ident import Board, Drive, GainDesigns
     from edge_ident.commissioning.promise import Forecasts
     from firmware_interface.gains import Bank
 
@@ -76,6 +76,8 @@ def design(
     """
     recorded = recording.load()
     described = options.drive_for(drive, recorded.axes)
+    for axis in recorded.axes.values():
+        commissioning.gain_design.check_units(axis.units)
     with progress_if_any() as show:
         found = edge_ident.identify(
             recorded, network.load(), model=options.model_for(model, recorded.axes),
@@ -83,11 +85,11 @@ def design(
         )  # fmt: skip
     done = recording.done(recording.file, model=model)
     found = report.findings.with_next_steps(found, done)
-    if not found.trusted:
+    if not found.consistent:
         results.deliver(report.documents.gains_document(found, {}), "gains.json")
         _show(found, results, done, details=details)
         if not results.json:
-            say("no gains were designed: the parameters are not trusted")
+            say("no gains were designed: the data contradict themselves")
         raise typer.Exit(UNTRUSTED)
     designs = edge_ident.design_gains(
         found.model, described, bandwidth_rad_s=bandwidth, control_delay_s=control_delay,
@@ -96,9 +98,37 @@ def design(
     results.deliver(report.documents.gains_document(found, designs.axes), "gains.json")
     _show(found, results, done, details=details)
     results.show(designs)
+    if not results.json:
+        for line in _not_known(found, designs, described, control_delay, given=drive is not None):
+            say(line)
     if results.output and not results.json:
         file = results.file("gains.json")
         say(f"written: {file}; write them to a board with: edge-ident gains stage {file}")
+
+
+def _not_known(
+    found: edge_ident.Identification,
+    designs: "GainDesigns",
+    drive: "Drive",
+    control_delay_s: float,
+    *,
+    given: bool,
+) -> Iterator[str]:
+    """What the margins rest on, and what a recording cannot show of a loop."""
+    limits = ", ".join(
+        f"{name} {drive.axes[name].effort_limit_nm:.3g} N·m" for name in designs.axes
+    )
+    yield (
+        f"designed for {1.0 / drive.sampling_period_s:.4g} Hz, {1e3 * control_delay_s:.3g} ms from "
+        f"encoder to effort, and at most {limits}"
+        + ("" if given else ": the built-in drive; give yours with --drive and --control-delay")
+    )
+    for name, loop in designs.loops.items():
+        yield (
+            f"axis {name}: it moved at up to {found.axes[name].moved_up_to_hz:.3g} Hz, and its "
+            f"loop acts up to {loop.crossover_hz:.3g} Hz. The margins know of no resonance that "
+            "the motion did not show: approach the gains in steps with --bandwidth, and listen"
+        )
 
 
 def _show(

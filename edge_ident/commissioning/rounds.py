@@ -17,7 +17,7 @@ from edge_ident.commissioning.drawn_loads import Grounds
 from edge_ident.commissioning.further_motions import livelier_motion
 from edge_ident.commissioning.gain_change import MotionBefore, Recorded, Trial
 from edge_ident.commissioning.verification import GainChange, compare_motions
-from edge_ident.control.gain_design import GainDesign, Ground, design
+from edge_ident.control.gain_design import GainDesign, Ground, design, left_alone
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.errors import DataError
 from edge_ident.identification.effective import EffectiveAxis, effective_axis
@@ -39,6 +39,7 @@ _INTERVAL: Final = 2.0  # standard deviations within which the effort may be lat
 # Logarithm by which forecasts may be off before one was measured: what machines of another
 # simulation did beyond the draws (tools/used_machines.py).
 _DISBELIEF: Final = 0.2
+_NOTHING_BETTER: Final = "nothing better is promised"
 _CAREFUL: Final = 0.5  # bandwidth of the round after one that was taken back, over that one's
 
 
@@ -211,7 +212,8 @@ class Rounds:
         if not useless or len(useless) == len(designs):
             return trial, designs
         for axis in useless:
-            designs[axis] = left_alone(designs[axis], trial.active[axis])
+            known, hardware = grounds.model.axes[axis], self._hardware[axis]
+            designs[axis] = left_alone(trial.active[axis], known, hardware, _NOTHING_BETTER)
         trial = self._trial(grounds, designs)
         trial.forecast_all()
         return trial, designs
@@ -237,7 +239,9 @@ class Rounds:
                 found = design(axis.model, self._hardware[name], bandwidth, ground=ground)
                 found = replace(found, gains=within_board(found.gains, active[name], limits[name]))
                 if caution > 1:
-                    found = left_alone(found, active[name])
+                    found = left_alone(
+                        active[name], axis.model, self._hardware[name], _NOTHING_BETTER
+                    )
                 designs[name] = found
         return grounds, designs
 
@@ -292,11 +296,6 @@ class Rounds:
             identification_motions.capture_file(2), trajectory, capture, self.found, sought=doubts
         )
         return True
-
-
-def left_alone(found: GainDesign, active: AxisGains) -> GainDesign:
-    """A design that leaves an axis as it is."""
-    return replace(found, gains=active, used=(), unused=(), kept="nothing better is promised")
 
 
 def within_board(wanted: AxisGains, active: AxisGains, limits: AxisLimits) -> AxisGains:

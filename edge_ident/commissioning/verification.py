@@ -470,7 +470,7 @@ class GainChange:
     def conclusion(self) -> str:
         """One sentence."""
         if self.dry_run:
-            said = "dry run: gains were designed and checked, nothing was written"
+            said = "gains were designed and checked, nothing was written"
             return f"{said}; {_forecast(self.promise)}"
         if self.unchanged:
             return _why_nothing(self.promise)

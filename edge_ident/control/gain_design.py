@@ -169,7 +169,7 @@ def design(
         bandwidth keeps the margins.
     """
     ground = ground or Ground(at_s)
-    _check_units(axis)
+    check_units(axis.units)
     if ground.at_s is not None:
         axis = base_at(axis, ground.at_s)
     if ground.in_force is None:
@@ -195,12 +195,21 @@ def design(
     return _with_effects(wanted, axis, hardware, ground)
 
 
-def _check_units(axis: AxisModel) -> None:
-    if axis.units != BOARD_UNITS:
+def check_units(units: tuple[str, str]) -> None:
+    """Check that gains can be designed from positions and efforts in these units.
+
+    Raises
+    ------
+    GainError
+        They are not the board's.
+    """
+    if units != BOARD_UNITS:
         raise GainError(
-            f"the model is in {listed(axis.units)}, and gains of a board are in rad and N*m",
-            "convert the recording with --unit, --resolution or --torque-constant, and identify "
-            "again",
+            f"the axis is in {listed(units)}, and gains of a board are in rad and N*m of its motor",
+            "give what a unit of each column is at the motor: with a lead of 40 mm, --column "
+            "x_position_m=x_position_rad --unit 'x_position_m=25 turn' --column "
+            "x_force_n=x_torque_nm --unit 'x_force_n=0.0063662 Nm'; a current is a torque with "
+            "--torque-constant",
         )
 
 
@@ -238,16 +247,22 @@ def _kept(
     """Feed-forward for feedback that stays as it is."""
     known = _Known.of(axis, hardware, ground)
     gains = known.with_feedforward(present)
-    phase_margin_rad, gain_margin = position_loop.margins_of(gains, known.plants, known.late)
-    found = GainDesign(
-        gains,
-        math.sqrt(present.proportional / known.parameters[0]),
-        phase_margin_rad,
-        gain_margin,
-        position_loop.quantization_effort_nm(gains, hardware),
-        kept=why,
-    )
-    return _with_effects(found, axis, hardware, ground)
+    margins = position_loop.margins_of(gains, known.plants, known.late)
+    return _with_effects(left_alone(gains, axis, hardware, why, margins), axis, hardware, ground)
+
+
+def left_alone(
+    present: AxisGains,
+    axis: AxisModel,
+    hardware: LoopHardware,
+    why: str,
+    margins: tuple[float, float] | None = None,
+) -> GainDesign:
+    """A design that leaves the feedback of an axis as it is, with the margins that its loop has."""
+    margins = margins or worst_margins(present, axis, hardware)
+    bandwidth_rad_s = math.sqrt(present.proportional / float(axis.parameters[0]))
+    noise_nm = position_loop.quantization_effort_nm(present, hardware)
+    return GainDesign(present, bandwidth_rad_s, *margins, noise_nm, kept=why)
 
 
 @dataclass(frozen=True)
@@ -475,6 +490,12 @@ class OpenLoop:
     omega_rad_s: NDArray[np.float64]
     response: NDArray[np.complex128]
 
+    @property
+    def crossover_hz(self) -> float:
+        """The highest frequency at which the loop gain is one or more; 0 where there is none."""
+        acts = self.omega_rad_s[np.abs(self.response) >= 1.0]
+        return float(acts[-1]) / math.tau if acts.size else 0.0
+
 
 @dataclass(frozen=True, repr=False)
 class GainDesigns(Drawable):
@@ -511,8 +532,6 @@ def design_gains(
 ) -> GainDesigns:
     """Design the controller gains of every axis of a model; nothing is written to a board.
 
-    Design gains from an identification only where that is `trusted`.
-
     Parameters
     ----------
     model : Model, result with a model, str or Path
@@ -541,8 +560,7 @@ def design_gains(
     Examples
     --------
     >>> import edge_ident
-    >>> found = edge_ident.identify(edge_ident.simulate())
-    >>> designs = edge_ident.design_gains(found.model, bandwidth_rad_s=12.0)
+    >>> designs = edge_ident.design_gains(edge_ident.reduced_model(), bandwidth_rad_s=12.0)
     >>> designs.axes["x"].phase_margin_deg > 50.0
     True
     """

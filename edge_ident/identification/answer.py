@@ -31,7 +31,7 @@ from edge_ident.identification.result import AxisIdentification, EffortTrace, Pa
 from edge_ident.model import model
 from edge_ident.model.motion import Array, Timing
 from edge_ident.signals import metrics, scale_checks, tracking
-from edge_ident.signals.conditioning import Signals
+from edge_ident.signals.conditioning import Signals, highest_hz
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.support.next_step import PAGE
 from edge_ident.support.words import listed, spoken
@@ -157,6 +157,7 @@ def answer(
         metric=metric,
         units=axis.parameter_units,
         cutoff_hz=signals.cutoff_hz,
+        moved_up_to_hz=highest_hz(signals.regressor[:, 1], signals.period_s),
         condition_number=columns.condition_number,
         findings=said_once(findings),
         end_s=_end_s(estimates.recording, float(times_s[-1]), diagnosed),

@@ -96,6 +96,8 @@ class AxisIdentification:
     units : tuple of str
     cutoff_hz : float
         Of the zero-phase filter.
+    moved_up_to_hz : float
+        Below it lie 99 % of the energy of the velocity: the model was seen up to there.
     condition_number : float
         Of the regressor with columns of unit length.
     findings : tuple of Finding
@@ -129,6 +131,7 @@ class AxisIdentification:
     metric: Metric
     units: tuple[str, str, str, str]
     cutoff_hz: float
+    moved_up_to_hz: float
     condition_number: float
     findings: tuple[Finding, ...]
     end_s: float

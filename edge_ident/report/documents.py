@@ -61,6 +61,7 @@ def _axis(axis: result.AxisIdentification) -> dict[str, Any]:
         "metric": dataclasses.asdict(axis.metric),
         "assumed_effects": list(axis.compensated_effects),
         "cutoff_hz": axis.cutoff_hz,
+        "moved_up_to_hz": axis.moved_up_to_hz,
         "condition_number": finite(axis.condition_number),
         "trusted": axis.trusted,
         "consistent": axis.consistent,
@@ -175,7 +176,7 @@ def estimate_document(estimate: Estimate, units: Sequence[str]) -> dict[str, Any
 def gains_document(
     identification: result.Identification, designs: Mapping[str, "GainDesign"]
 ) -> dict[str, Any]:
-    """Schema edge-ident/gains/1: designs by axis, empty where the identification is not trusted."""
+    """Schema edge-ident/gains/1: designs by axis, empty where the data contradict themselves."""
     return {
         "schema": "edge-ident/gains/1",
         "axes": {name: design_document(design) for name, design in designs.items()},

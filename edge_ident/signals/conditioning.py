@@ -231,6 +231,9 @@ def _mean_direction(velocity: Array, acceleration: Array, period_s: float) -> Ar
     return mean
 
 
+_NEARLY_ALL: Final = 0.99
+
+
 def choose_cutoff(position: Array, period_s: float, noise: float | None = None) -> float:
     """Widest cut-off at which encoder noise spoils the acceleration little.
 
@@ -288,6 +291,14 @@ def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float)
     """
     variance = (2.0 * np.pi) ** 4 * cutoff_hz**5 / 5.0 * 2.0 * position_noise**2 * period_s
     return float(np.sqrt(variance))
+
+
+def highest_hz(signal: Array, period_s: float) -> float:
+    """Frequency below which nearly all the energy of a signal (N,) lies."""
+    seen = (signal - np.mean(signal)) * np.hanning(len(signal))  # no step between end and start
+    power = np.abs(np.fft.rfft(seen)) ** 2
+    below = np.cumsum(power)
+    return float(np.searchsorted(below, _NEARLY_ALL * below[-1]) / (len(signal) * period_s))
 
 
 def decimation(samples: int, cutoff_hz: float, period_s: float) -> int:

@@ -76,7 +76,7 @@ def test_identify_says_what_it_assumed_and_hands_it_on(
 def test_gains_feed_the_ripple_forward_and_say_what_became_of_the_drift(
     file: Path, model_file: Path
 ) -> None:
-    assert answer("gains", file, "--no-diagnose", exit_code=1)["axes"] == {}
+    assert "ripple_sine" not in str(answer("gains", file, "--no-diagnose")["axes"]["x"]["used"])
     found = answer("gains", file, "--model", model_file)["axes"]["x"]
     assert [used["effect"] for used in found["used"]] == ["torque_ripple", "offset_drift"]
     assert found["not_used"] == []

@@ -132,9 +132,7 @@ def test_a_dry_run_promises_what_a_run_does_and_neither_moves_again_nor_stages(
         forecast = dry.change.promise.motions["sinusoid"][axis]
         assert forecast.measured is None
         assert forecast.now == tried.now
-    assert dry.conclusion.startswith(
-        "dry run: gains were designed and checked, nothing was written"
-    )
+    assert dry.conclusion.startswith("gains were designed and checked, nothing was written")
     assert "the forecast is a tracking error smaller by x " in dry.conclusion
 
 

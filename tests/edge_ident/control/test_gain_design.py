@@ -7,7 +7,13 @@ import pytest
 import scipy.signal
 
 from edge_ident.control.compensation import plant_of
-from edge_ident.control.gain_design import GAIN_MARGIN, PHASE_MARGIN_RAD, QUANTIZATION_SHARE, design
+from edge_ident.control.gain_design import (
+    GAIN_MARGIN,
+    PHASE_MARGIN_RAD,
+    QUANTIZATION_SHARE,
+    design,
+    left_alone,
+)
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.errors import GainError
 from edge_ident.model.model import AxisModel, Estimate, base_axis
@@ -54,6 +60,18 @@ def test_margins_quantization_and_poles_are_as_promised() -> None:
     closed = [PARAMETERS[0], PARAMETERS[1] + gains.derivative, gains.proportional]
     np.testing.assert_allclose(np.abs(np.roots(closed)), found.bandwidth_rad_s, rtol=1e-6)
     assert gains.coulomb_feedforward == PARAMETERS[2]
+
+
+def test_what_is_left_alone_has_the_margins_of_its_own_loop() -> None:
+    """A run showed those of the design that it did not write beside the gains in force."""
+    soft = design(axis(0.02), HARDWARE, 4.0)
+    kept = left_alone(soft.gains, axis(0.02), HARDWARE, "nothing better is promised")
+    assert kept.gains == soft.gains
+    assert kept.bandwidth_rad_s == pytest.approx(4.0, rel=0.01)
+    assert (kept.phase_margin_rad, kept.gain_margin) == pytest.approx(
+        (soft.phase_margin_rad, soft.gain_margin), rel=0.05
+    )
+    assert kept.kept == "nothing better is promised"
 
 
 def test_nothing_is_left_of_a_constant_acceleration() -> None:
