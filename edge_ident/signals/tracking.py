@@ -90,8 +90,9 @@ class Tracking:
             )
         if self.effort_ratio < 1.0:
             return (
-                "hold the motor and move the load by hand: what it moves is the play; look at "
-                "coupling, nut, gear and pinion"
+                "repeat the motion with stiffer gains: what a soft loop leaves becomes smaller, "
+                "and play keeps its size; or hold the motor and move the load by hand: what it "
+                "moves is the play of coupling, nut, gear or pinion"
             )
         return "look at guides, seals and lubrication, where the axis sticks"
 
@@ -120,7 +121,10 @@ class Tracking:
     def _why(self) -> str:
         where = "after reversals" if self.at_reversals >= _AT_REVERSAL else "also between reversals"
         if self.effort_ratio < 1.0:
-            return f"{where}, with less effort than in motion, as play between motor and encoder"
+            return (
+                f"{where}, with less effort than in motion, as with play between motor and "
+                "encoder, or in a loop that is soft for its friction"
+            )
         pushed = f"{self.effort_ratio:.2g} times that of motion"
         return f"{where}, until the effort is {pushed}, as stiction"
 

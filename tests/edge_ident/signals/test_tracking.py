@@ -67,7 +67,7 @@ def test_play_has_its_size_and_its_side(play: float) -> None:
     assert found.at_reversals == 1.0
     said = found.sentence("m")
     assert f"it loses {1e3 * found.step:.3g} mm at each reversal" in said
-    assert "as play between motor and encoder" in said
+    assert "as with play between motor and encoder" in said
     assert "move the load by hand" in found.next_step
 
 
