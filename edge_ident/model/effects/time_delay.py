@@ -51,7 +51,8 @@ EFFECT: Final = TimeDelay(
     advice=Advice(
         in_words="force and position are not recorded at the same time",
         size="the effort is recorded {delay} late",
-        part="the recorder, not the mechanics: controller, bus or data logger",
+        part="the recorder, not the mechanics: controller, bus or data logger; of a voltage, "
+        "also the winding",
         action="Check time stamps, filters and bus cycle. Record both signals with one clock.",
     ),
     search=SearchSpec(
