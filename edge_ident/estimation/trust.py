@@ -267,8 +267,8 @@ def _better_motion(
         if wanted * share <= 1.0:
             return (
                 f"record a motion that accelerates {wanted:.2g} times as much: with "
-                f"{wanted * acceleration:.2g} rms instead of {acceleration:.2g}, in the unit of the "
-                "position per s²"
+                f"{wanted * acceleration:.2g} rms instead of {acceleration:.2g}, in the position's "
+                "unit per s²"
             )
         return (
             "record a motion in which most of the effort goes into acceleration: quick reversals "
