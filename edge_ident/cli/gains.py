@@ -77,7 +77,7 @@ def design(
     recorded = recording.load()
     described = options.drive_for(drive, recorded.axes)
     for axis in recorded.axes.values():
-        commissioning.gain_design.check_units(axis.units)
+        commissioning.position_loop.check_units(axis.units)
     with progress_if_any() as show:
         found = edge_ident.identify(
             recorded, network.load(), model=options.model_for(model, recorded.axes),

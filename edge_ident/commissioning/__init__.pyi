@@ -15,7 +15,7 @@ from edge_ident.commissioning import register_access as register_access
 from edge_ident.commissioning import run as run
 from edge_ident.commissioning import safety as safety
 from edge_ident.commissioning import verification as verification
-from edge_ident.control import gain_design as gain_design
+from edge_ident.control import position_loop as position_loop
 from edge_ident.drive import description as description
 from edge_ident.drive import motions as motions
 from firmware_interface import board as board

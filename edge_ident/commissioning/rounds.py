@@ -234,6 +234,7 @@ class Rounds:
                     repeating=axis.repeating,
                     in_force=active[name],
                     gain_step=limits[name].gain_step,
+                    others=grounds.model.axes,
                     most_rad_s=_CAREFUL * self._bandwidths[name] if caution else math.inf,
                 )
                 found = design(axis.model, self._hardware[name], bandwidth, ground=ground)

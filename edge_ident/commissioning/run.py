@@ -35,7 +35,7 @@ from edge_ident.commissioning.safety import leave_confirmed, make_ready, ready_t
 from edge_ident.commissioning.separation import Separation, diagnosed
 from edge_ident.commissioning.tracking_forecast import unseen_load
 from edge_ident.commissioning.verification import GainChange, Tracking
-from edge_ident.control.gain_design import GainDesign, design
+from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.position_loop import LoopHardware
 from edge_ident.drive.description import Drive
 from edge_ident.drive.motions import named_trajectory
@@ -383,8 +383,9 @@ def _first_motion(
 def board_designs(board: Board, found: Identification) -> dict[str, GainDesign]:
     """Gains of every axis, for this board's sampling, delay, encoder, limits and control law."""
     hardware = LoopHardware.of_axes(board.identity, board.limits())
+    others = {name: axis.model for name, axis in found.axes.items()}
     return {
-        name: design(axis.model, hardware[name], at_s=axis.end_s)
+        name: design(axis.model, hardware[name], ground=Ground(axis.end_s, others=others))
         for name, axis in found.axes.items()
     }
 

@@ -24,7 +24,7 @@ motion's choice, and the board refuses a motion whose feed-forward asks for too 
 """
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -33,7 +33,7 @@ import numpy as np
 from edge_ident.control.law_terms import EffortRange, Placed, Placement
 from edge_ident.control.position_loop import LoopHardware, Plant, SeriesSpring, SprungLoad
 from edge_ident.model.effects import named
-from edge_ident.model.inverse import inverse_effort
+from edge_ident.model.inverse import inertia_of_poses, inverse_effort
 from edge_ident.model.model import AxisModel, SupportedRange, Term, regressor
 from edge_ident.model.motion import Motion
 from firmware_interface.gains import AxisGains
@@ -90,6 +90,28 @@ class Compensated:
     gains: AxisGains
     used: tuple[Used, ...]
     unused: tuple[Unused, ...]
+
+
+def over_poses(
+    axis: AxisModel, others: Mapping[str, AxisModel], deviations: float = 1.0
+) -> AxisModel:
+    """An axis with the inertia in the middle of its poses, in an interval that holds them all.
+
+    Parameters
+    ----------
+    axis : AxisModel
+    others : mapping of axis name to AxisModel
+        Whose positions may change its inertia.
+    deviations : float
+        From the middle of an interval to its ends.
+    """
+    least, most = inertia_of_poses(axis, others)
+    if least == most:
+        return axis
+    base, reach = axis.terms[0], 0.5 * (most - least)
+    values = {**base.values, "inertia": least + reach}
+    std = {**base.std, "inertia": base.std.get("inertia", 0.0) + reach / deviations}
+    return replace(axis, terms=(replace(base, values=values, std=std), *axis.terms[1:]))
 
 
 def plant_of(axis: AxisModel) -> Plant:

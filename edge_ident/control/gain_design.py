@@ -22,7 +22,7 @@ Sources: Åström and Murray, Feedback Systems, ch. 10 (margins); Ellis, Control
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Final
 
@@ -30,13 +30,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edge_ident.control import position_loop
-from edge_ident.control.compensation import Unused, Used, compensated, loop_delay_s, plant_of
+from edge_ident.control.compensation import (
+    Unused,
+    Used,
+    compensated,
+    loop_delay_s,
+    over_poses,
+    plant_of,
+)
 from edge_ident.control.law_terms import with_repeating
-from edge_ident.control.position_loop import LoopHardware, Plant
+from edge_ident.control.position_loop import LoopHardware, Plant, check_units
 from edge_ident.drive.description import Drive, given_drive
 from edge_ident.errors import GainError
 from edge_ident.model.inverse import base_at
-from edge_ident.model.model import BOARD_UNITS, AxisModel
+from edge_ident.model.model import AxisModel
 from edge_ident.model.model_files import GivenModel, given_model
 from edge_ident.model.repeating import Repeating
 from edge_ident.support.given import number
@@ -130,6 +137,8 @@ class Ground:
         Largest step that the board takes from them, as a share of a number's largest value.
     most_rad_s : float
         Highest bandwidth to choose.
+    others : mapping of axis name to AxisModel
+        The axes of the model, whose poses may change this one's inertia.
     """
 
     at_s: float | None = None
@@ -138,6 +147,7 @@ class Ground:
     in_force: AxisGains | None = None
     gain_step: float = math.inf
     most_rad_s: float = math.inf
+    others: Mapping[str, AxisModel] = field(default_factory=dict)
 
 
 def design(
@@ -172,6 +182,7 @@ def design(
     check_units(axis.units)
     if ground.at_s is not None:
         axis = base_at(axis, ground.at_s)
+    axis = over_poses(axis, ground.others, _INTERVAL)
     if ground.in_force is None:
         _check_physical(axis)
     elif doubt := _doubt(axis):
@@ -193,24 +204,6 @@ def design(
             "are needed",
         )
     return _with_effects(wanted, axis, hardware, ground)
-
-
-def check_units(units: tuple[str, str]) -> None:
-    """Check that gains can be designed from positions and efforts in these units.
-
-    Raises
-    ------
-    GainError
-        They are not the board's.
-    """
-    if units != BOARD_UNITS:
-        raise GainError(
-            f"the axis is in {listed(units)}, and gains of a board are in rad and N*m of its motor",
-            "give what a unit of each column is at the motor: with a lead of 40 mm, --column "
-            "x_position_m=x_position_rad --unit 'x_position_m=25 turn' --column "
-            "x_force_n=x_torque_nm --unit 'x_force_n=0.0063662 Nm'; a current is a torque with "
-            "--torque-constant",
-        )
 
 
 def _check_physical(axis: AxisModel) -> None:
@@ -578,8 +571,9 @@ def design_gains(
     designs, loops = {}, {}
     for name, axis in model.axes.items():
         hardware = _hardware(described, name, control_delay_s)
-        designs[name] = design(axis, hardware, bandwidth_rad_s, at_s)
-        loops[name] = _open_loop(designs[name], axis, hardware)
+        ground = Ground(at_s, others=model.axes)
+        designs[name] = design(axis, hardware, bandwidth_rad_s, ground=ground)
+        loops[name] = _open_loop(designs[name], over_poses(axis, model.axes), hardware)
     return GainDesigns(designs, loops)
 
 

@@ -14,6 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from edge_ident.errors import GainError
+from edge_ident.model.model import BOARD_UNITS
+from edge_ident.support.words import listed
 from firmware_interface.board_types import AxisLimits, BoardIdentity
 from firmware_interface.gains import GAIN_FIELDS, AxisGains
 
@@ -208,6 +211,24 @@ def _where_zero(of: Array, asked: Array) -> tuple[NDArray[np.bool_], Array]:
     axis, at = np.nonzero(passes)
     part = of[axis, at] / (of[axis, at] - of[axis, at + 1])
     return passes, asked[axis, at] + part * (asked[axis, at + 1] - asked[axis, at])
+
+
+def check_units(units: tuple[str, str]) -> None:
+    """Check that gains can be designed from positions and efforts in these units.
+
+    Raises
+    ------
+    GainError
+        They are not the board's.
+    """
+    if units != BOARD_UNITS:
+        raise GainError(
+            f"the axis is in {listed(units)}, and gains of a board are in rad and N*m of its motor",
+            "give what a unit of each column is at the motor: with a lead of 40 mm, --column "
+            "x_position_m=x_position_rad --unit 'x_position_m=25 turn' --column "
+            "x_force_n=x_torque_nm --unit 'x_force_n=0.0063662 Nm'; a current is a torque with "
+            "--torque-constant",
+        )
 
 
 def open_loop(gains: AxisGains, plant: Plant, hardware: LoopHardware) -> tuple[Array, Complex]:

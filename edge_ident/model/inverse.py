@@ -260,6 +260,50 @@ def left_by_terms(axis: AxisModel) -> Left:
     return Left(inertia, friction)
 
 
+def inertia_of_poses(axis: AxisModel, others: Mapping[str, AxisModel]) -> tuple[float, float]:
+    """The least and the largest inertia that an axis has where it was seen, at rest, with the axes
+    that act on it anywhere that they were seen, or anywhere on a turn.
+
+    Parameters
+    ----------
+    axis : AxisModel
+    others : mapping of axis name to AxisModel
+        Of the model's other axes, those that are known.
+    """
+    low = high = np.full(_PLACES, float(axis.parameters[0]))
+    for term in axis.terms[1:]:
+        effect = named(term.effect)
+        if not effect.overrides("inertia") or effect.memory_size or effect.changes_base:
+            continue
+        places = np.linspace(*_visited(axis, (0.0, 0.0)), _PLACES)[:, None]
+        angles = _angles(term.source_axis, others)
+        zero = np.zeros((_PLACES, len(angles)))
+        source = Motion.known(zero, angles + zero, zero, zero)
+        at = replace(Motion.known(zero, places + zero, zero, zero), source=source)
+        values = {name: np.array(value) for name, value in effect.complete(term.values).items()}
+        added_there = np.broadcast_to(effect.inertia(at, values), zero.shape)
+        low, high = low + added_there.min(axis=1), high + added_there.max(axis=1)
+    return float(np.min(low)), float(np.max(high))
+
+
+def _visited(axis: AxisModel, unknown: tuple[float, float]) -> tuple[float, float]:
+    """Least and largest position at which an axis was seen."""
+    seen = axis.terms[0].supported
+    return unknown if seen is None else seen.position
+
+
+def _angles(source: str | None, others: Mapping[str, AxisModel]) -> Array:
+    """Positions of what acts from a source."""
+    turn = (0.0, 2.0 * np.pi)
+    each = [
+        (np.array(_visited(others[one.axis], turn)) if one.axis in others else np.array(turn))
+        * one.sense
+        for one in acting(source, others)
+    ]
+    low, high = (float(sum(f(positions) for positions in each)) for f in (np.min, np.max))
+    return np.linspace(low, min(high, low + turn[1]), _PLACES)
+
+
 def everywhere(velocity: float, axis: AxisModel) -> Motion:
     """Instants (N, 1) at a velocity: along the travel that the axis was seen at, or at position
     zero; long before and long after any record; with another joint at rest at angles all around."""

@@ -1,6 +1,7 @@
 """Gains: the promised poles and margins, checked against simulations that share no formula."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,12 +12,16 @@ from edge_ident.control.gain_design import (
     GAIN_MARGIN,
     PHASE_MARGIN_RAD,
     QUANTIZATION_SHARE,
+    Ground,
     design,
     left_alone,
+    worst_margins,
 )
 from edge_ident.control.position_loop import LoopHardware, open_loop
 from edge_ident.errors import GainError
-from edge_ident.model.model import AxisModel, Estimate, base_axis
+from edge_ident.model.effects import named
+from edge_ident.model.inverse import inertia_of_poses
+from edge_ident.model.model import AxisModel, Estimate, SupportedRange, Term, base_axis
 
 HARDWARE = LoopHardware(0.0025, 0.0005, 2 * math.pi / 8400, 12.0)
 PARAMETERS = np.array([0.43, 0.9, 1.4, 0.03])
@@ -168,3 +173,25 @@ def test_the_usual_bandwidths_are_in_proportion_to_the_frequency_of_the_poles(
         (sensitivity > three_db, 1.3, 1.3),
     ):
         assert low - 0.1 < omega[np.argmax(begins)] / poles_rad_s < high + 0.1
+
+
+def test_the_margins_hold_in_every_pose_that_was_seen() -> None:
+    """Where the cosine of another joint's angle vanished, a crane has six times the inertia that it
+    has with its boom up: gains for that, with 50° by their own account, made it unstable there."""
+    turning = dict.fromkeys((p.name for p in named("pose_dependent_inertia").parameters), 0.0)
+    pose = Term("pose_dependent_inertia", {**turning, "turning_cosine_2": 1.5}, source_axis="luff")
+    base = axis(parameters=np.array([1.75, 0.9, 1.4, 0.03]))
+    slew = AxisModel((*base.terms, pose), *base.units)
+    seen = SupportedRange((0.9, 1.45), (-1.0, 1.0), (-9.0, 9.0), (-9.0, 9.0))
+    luff = AxisModel((replace(base.terms[0], supported=seen),), *base.units)
+    least, most = inertia_of_poses(slew, {"luff": luff})
+    assert least == pytest.approx(1.75 + 1.5 * np.cos(2.9), rel=1e-3)
+    assert most == pytest.approx(1.75 + 1.5 * np.cos(1.8), rel=1e-3)
+    assert inertia_of_poses(slew, {})[1] == pytest.approx(3.25), "anywhere on a turn"
+    gains = design(slew, HARDWARE, ground=Ground(others={"luff": luff})).gains
+    for inertia in (least, most):
+        there = axis(parameters=np.array([inertia, 0.9, 1.4, 0.03]))
+        phase_margin_rad, gain_margin = worst_margins(gains, there, HARDWARE)
+        assert phase_margin_rad > 0.99 * PHASE_MARGIN_RAD
+        assert gain_margin > GAIN_MARGIN
+    assert least < gains.inertia_feedforward + gains.derivative * 0.01 < most
