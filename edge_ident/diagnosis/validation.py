@@ -15,7 +15,7 @@ the rest does and together beats the base model. So does a cause that has no cer
 beside what carries over.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -150,11 +150,16 @@ def carry_over(
         refused = replace(judged[kept[worst]], carries_over=False, reason=doubtful[worst])
         judged[kept.pop(worst)] = refused
         found, left = less[worst], parts[worst].residual
-    anew = sorted({*fitted_anew(found), *map(PARAMETERS.index, FRICTION)})
-    of_base, of_found = (rms(residual_elsewhere(other, m, anew)) / scale for m in (base, found))
+    anew_left = tuple(_friction_anew(other, m, fitted_anew(found)) for m in (base, found))
     base_left, left_in_all, found_left = (rms(r) / scale for r in (start, left, as_found))
-    anew_left = of_base, of_found
     return found, kept, Validation(base_left, left_in_all, found_left, anew_left, tuple(judged))
+
+
+def _friction_anew(other: AxisData, model: FittedModel, anew: Iterable[int]) -> float:
+    """What a model leaves of the effort of another recording, its friction fitted to that, too."""
+    also = sorted({*anew, *map(PARAMETERS.index, FRICTION)})
+    left = residual_elsewhere(other, model, also)
+    return rms(left) / nonzero_rms(other.effort[other.valid])
 
 
 # What another recording says of the parts of a model: causes, and curves.
@@ -279,7 +284,12 @@ def with_curves(
     extended = fitted_beside(data, model, found)
     judged = replace(judged, supported=replace(judged.supported, model=extended))
     if other is not None and judged.validation is not None:
-        left = residual_elsewhere(other, extended, fitted_anew(extended))
-        share = rms(left) / nonzero_rms(other.effort[other.valid])
-        judged = replace(judged, validation=replace(judged.validation, extended=share))
+        anew, of_base = fitted_anew(extended), judged.validation.friction_anew[0]
+        whole = residual_elsewhere(other, extended, anew)
+        validation = replace(
+            judged.validation,
+            extended=rms(whole) / nonzero_rms(other.effort[other.valid]),
+            friction_anew=(of_base, _friction_anew(other, extended, anew)),
+        )
+        judged = replace(judged, validation=validation)
     return judged, found
