@@ -150,9 +150,13 @@ def carry_over(
         refused = replace(judged[kept[worst]], carries_over=False, reason=doubtful[worst])
         judged[kept.pop(worst)] = refused
         found, left = less[worst], parts[worst].residual
-    anew_left = tuple(_friction_anew(other, m, fitted_anew(found)) for m in (base, found))
+    of_base, of_found = (_friction_anew(other, m, fitted_anew(found)) for m in (base, found))
     base_left, left_in_all, found_left = (rms(r) / scale for r in (start, left, as_found))
-    return found, kept, Validation(base_left, left_in_all, found_left, anew_left, tuple(judged))
+    return (
+        found,
+        kept,
+        Validation(base_left, left_in_all, found_left, (of_base, of_found), tuple(judged)),
+    )
 
 
 def _friction_anew(other: AxisData, model: FittedModel, anew: Iterable[int]) -> float:
