@@ -45,8 +45,9 @@ class FileOptions:
         Time in s by which the effort of a row acted after its position: 0.1 if a row holds the
         effort of 0.1 s later.
     axis : NAME
-        Axis to read; may be repeated. Default: all axes that move. An axis whose reference moves
-        while its position stands still is an error.
+        Axis to read; may be repeated, joints of an arm from the base outwards. Default: all axes
+        that move, in the order of the file. An axis whose reference moves while its position stands
+        still is an error.
     """
 
     context: typer.Context

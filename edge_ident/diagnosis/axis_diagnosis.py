@@ -39,7 +39,7 @@ from edge_ident.diagnosis.prepare.preparation import prepare_axis
 from edge_ident.diagnosis.recording_checks import (
     contradicted,
     effort_findings,
-    with_unrecorded_axes,
+    with_other_axes,
 )
 from edge_ident.diagnosis.result import AxisDiagnosis, Cause, OutsideVibration
 from edge_ident.diagnosis.select.selection import fitted_base
@@ -208,7 +208,7 @@ def _axis_diagnosis(outcome: _Outcome, recordings: Sequence[Recording]) -> AxisD
         traces=seen,
         curves=outcome.curves,
         budget=fitted_curves(missed).budget,
-        findings=with_unrecorded_axes(search.checks, recordings, data, model, search.floor),
+        findings=with_other_axes(search.checks, recordings, data, model, search.floor),
     )
 
 

@@ -282,7 +282,7 @@ def _narrow_excitation(data: AxisData) -> list[Finding]:
     ]
 
 
-def with_unrecorded_axes(
+def with_other_axes(
     checks: tuple[Finding, ...],
     recordings: Sequence[Recording],
     data: AxisData,
@@ -290,25 +290,34 @@ def with_unrecorded_axes(
     floor: NoiseFloor,
 ) -> tuple[Finding, ...]:
     """Add to the checks that the extended model leaves more than noise, on an axis that was
-    recorded alone."""
-    blocked = any(check.blocks for check in checks)
-    if blocked or any(len(recording.positions) > 1 for recording in recordings):
-        return checks
+    recorded alone, or as one of several joints."""
     left = rms((data.effort - extended.predicted)[data.valid])
     share = left / max(rms(data.effort[data.valid]), np.finfo(float).tiny)
-    if share < TOLERANCE or left < _BEYOND_NOISE * floor.rms:
+    blocked = any(check.blocks for check in checks)
+    if blocked or share < TOLERANCE or left < _BEYOND_NOISE * floor.rms:
         return checks
-    return (
-        *checks,
-        Finding(
+    if all(len(recording.positions) == 1 for recording in recordings):
+        alone = Finding(
             "other_axes_not_recorded",
             f"{share:.1%} of the effort is left, and this axis was recorded alone: if the machine "
             "has more axes that move, they may push this one, or change its inertia and load by "
             "their pose",
             "record all axes of the machine that move, or keep the others at rest",
             blocks=False,
-        ),
+        )
+        return (*checks, alone)
+    joints = [name for name in recordings[0].positions if name in recordings[0].turning]
+    if len(joints) == 1:
+        return checks
+    ordered = Finding(
+        "order_of_joints",
+        f"{share:.1%} of the effort is left. Each joint is taken to carry those behind it in the "
+        f"recording: {', '.join(joints)}",
+        "if they are no such chain in this order, list them from the base outwards: --axis "
+        f"{' --axis '.join(reversed(joints))}, say",
+        blocks=False,
     )
+    return (*checks, ordered)
 
 
 # Whether recordings can be pooled: fitted together, or used to validate each other.

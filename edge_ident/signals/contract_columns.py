@@ -64,7 +64,7 @@ def contract_name(name: str, base: str) -> str | None:
 
 
 def only_axes(source: str, columns: Mapping[str, Array], axes: Sequence[str]) -> dict[str, Array]:
-    """The time, and the columns of these axes; of all where none is named.
+    """The time, and the columns of these axes, in this order; of all where none is named.
 
     Raises
     ------
@@ -73,8 +73,8 @@ def only_axes(source: str, columns: Mapping[str, Array], axes: Sequence[str]) ->
     """
     axis_of = {name: (parse_name(name) or ("",))[0] for name in columns}
     every = dict.fromkeys(axis for axis in axis_of.values() if axis)
-    kept = chosen_axes(source, every, axes)
-    return {n: v for n, v in columns.items() if not axis_of[n] or axis_of[n] in kept}
+    kept = ["", *chosen_axes(source, every, axes)]
+    return {n: columns[n] for axis in kept for n in columns if axis_of[n] == axis}
 
 
 def recording_of(

@@ -177,7 +177,7 @@ def driven_in(recordings: Iterable[Recording], names: Collection[str]) -> list[R
 
 
 def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) -> list[str]:
-    """Names of the axes that are wanted, in the order of a recording; all where none is.
+    """Names of the axes that are wanted, in that order; all of a recording where none is.
 
     Raises
     ------
@@ -187,4 +187,4 @@ def chosen_axes(source: str, every: Collection[str], wanted: Collection[str]) ->
     unknown = [name for name in wanted if name not in every]
     if unknown:
         raise DataError(f"{source} has no axis {listed(unknown)}", f"it has {listed(every)}")
-    return [name for name in every if name in (wanted or every)]
+    return list(dict.fromkeys(wanted or every))

@@ -1,5 +1,6 @@
 """An axis that rests in one of two recordings: each axis is diagnosed where it moves."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from edge_ident.diagnosis.diagnose import diagnose
 from edge_ident.errors import DataError
 from edge_ident.report.diagnosis import diagnosis_document
+from edge_ident.signals.read_columns import ReadOptions
 from edge_ident.signals.recording import AxisRecord, Recording
 from edge_ident.signals.recording_files import load_recording, save_recording
 
@@ -59,6 +61,17 @@ def test_each_axis_is_diagnosed_where_it_moves(tmp_path: Path) -> None:
     assert set(found.axes["y"].traces.recording) == {1}
     assert found.axes["x"].base.motion_error is not None, "of the recording in which both move"
     assert set(diagnosis_document(found, None)["axes"]) == {"x", "y"}
+
+
+def test_joints_that_leave_much_are_told_in_which_order_they_were_taken(tmp_path: Path) -> None:
+    both = recorded(tmp_path, 1)
+    x, y = (both.axes[name] for name in "xy")
+    pushed = y.effort + np.sin(3.0 * x.position) * np.cos(4.0 * y.position)
+    odd = replace(both, axes={"x": x, "y": replace(y, effort=pushed)})
+    (said,) = [f for f in diagnose([odd]).axes["y"].findings if f.code == "order_of_joints"]
+    assert said.message.endswith("carry those behind it in the recording: x, y")
+    assert "--axis y --axis x" in said.next_step
+    assert list(load_recording(tmp_path / "1.csv", ReadOptions(axes=("y", "x"))).axes) == ["y", "x"]
 
 
 def test_axes_that_move_one_at_a_time(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from edge_ident.diagnosis.recording_checks import (
     controllers_laws,
     effort_findings,
     findings,
-    with_unrecorded_axes,
+    with_other_axes,
 )
 from edge_ident.estimation.trust import Finding
 from edge_ident.model.model import BASE, PARAMETERS, AxisModel, Term
@@ -49,7 +49,7 @@ def found(recording: Recording, name: str) -> dict[str, Finding]:
     (said,) = effort_findings([recording], name)
     said = [*said, *controllers_laws([recording], name, data)]
     checks = findings([recording], name, data, start, said)
-    checks = with_unrecorded_axes(checks, [recording], data, start, noise_floor(data, start))
+    checks = with_other_axes(checks, [recording], data, start, noise_floor(data, start))
     return {finding.code: finding for finding in checks}
 
 
