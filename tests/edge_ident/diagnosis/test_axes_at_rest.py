@@ -71,7 +71,8 @@ def test_joints_that_leave_much_are_told_in_which_order_they_were_taken(tmp_path
     (said,) = [f for f in diagnose([odd]).axes["y"].findings if f.code == "order_of_joints"]
     assert said.message.endswith("carry those behind it in the recording: x, y")
     assert "--axis y --axis x" in said.next_step
-    assert list(load_recording(tmp_path / "1.csv", ReadOptions(axes=("y", "x"))).axes) == ["y", "x"]
+    other = load_recording(tmp_path / "1.csv", options=ReadOptions(axes=("y", "x")))
+    assert list(other.axes) == ["y", "x"]
 
 
 def test_axes_that_move_one_at_a_time(tmp_path: Path) -> None:
