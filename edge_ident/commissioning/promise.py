@@ -416,9 +416,10 @@ class Forecaster:
 
     def forecast(self, banks: Sequence[Bank]) -> Forecasts:
         """Forecast margins and tracking errors for every bank, by axis."""
+        axes = self._grounds.model.axes
         margins = [
             {
-                axis: Forecast(*worst_margins(bank[axis], self._grounds.model.axes[axis], hardware))
+                axis: Forecast(*worst_margins(bank[axis], axes[axis], hardware, axes))
                 for axis, hardware in self._hardware.items()
             }
             for bank in banks

@@ -422,11 +422,18 @@ def _with_effects(
     return replace(found, gains=gains, used=used, unused=better.unused)
 
 
-def worst_margins(gains: AxisGains, axis: AxisModel, hardware: LoopHardware) -> tuple[float, float]:
-    """Smallest phase margin (rad) and gain margin over the intervals of inertia and friction.
-
-    The model's own delay comes on top of the hardware's; see `position_loop.margins_of`.
+def worst_margins(
+    gains: AxisGains,
+    axis: AxisModel,
+    hardware: LoopHardware,
+    others: Mapping[str, AxisModel] | None = None,
+) -> tuple[float, float]:
+    """Smallest phase margin (rad) and gain margin over the intervals of inertia and friction, and
+    over the poses of other axes where these are given. The model's own delay comes on top of the
+    hardware's; see `position_loop.margins_of`.
     """
+    if others is not None:
+        axis = over_poses(axis, others, _INTERVAL)
     return position_loop.margins_of(gains, *_loops(axis, hardware, 0.0))
 
 

@@ -151,13 +151,13 @@ def _of_their_own(
 ) -> list[Finding]:
     """What the recordings have of their own and is no cause."""
     if verdict is not Verdict.ADEQUATE:
-        instead = instead_of_causes(selected, tolerance)
-        if instead is not None:
-            return [instead]
         anew = verdict is Verdict.UNEXPLAINED
         differ = differences(recordings, name, selected, tolerance, anew=anew)
         if differ:
             return differ
+        instead = instead_of_causes(selected, tolerance)
+        if instead is not None:
+            return [instead]
     return own_values(recordings, name, selected.search.data, selected.supported.model)
 
 

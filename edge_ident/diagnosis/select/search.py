@@ -374,18 +374,20 @@ class Search:
             certain = self._coarse(fitted, held, without, held=True)
             coarse = [*coarse, *certain]
         before = self.misfit(fitted.error + discrepancy)
-        promising = PROMISING * (before - min(map(value, certain), default=before))
+        gains = {s.candidate: before - value(s) for s in certain}
         found: list[ScoredCandidate] = []
         for scored in sorted(coarse, key=value):
             gained = before - value(scored)
             searched = sum(bool(s.term.nonlinear) for s in found)  # the others cost nothing
-            if searched == MOST_REFINED or gained < promising:
+            if searched == MOST_REFINED or gained < PROMISING * max(gains.values(), default=0.0):
                 break
             if gained < SLIGHTEST - self.penalty(scored.candidate):
                 break
             refined = self.refinements.refined(subspace, scored, self.grids[scored.candidate])
             best = self._within_bounds(fitted, refined)
-            if best not in found and self._admissible(best.term, fitted, replica_jacobian):
+            if not self._admissible(best.term, fitted, replica_jacobian):
+                gains.pop(scored.candidate, None)  # what no machine has bars nothing
+            elif best not in found:
                 found.append(best)
         return sorted(found, key=value)
 
