@@ -135,10 +135,11 @@ def effective_axis(
 def _certain(numbers: Array) -> tuple[Array, Array]:
     """Numbers (P,) and their spread (B, P), the rows of (1 + B, P), with those entries over speed
     that are certain."""
-    found, spread = numbers[0], numbers[1:]
-    doubtful = np.abs(found) < _NONZERO * np.sqrt(np.sum(spread**2, axis=0))
-    numbers[:, _SPEED] = np.where(doubtful[_SPEED], 0.0, numbers[:, _SPEED])
-    return found, spread
+    over_speed = numbers[:, _SPEED]
+    std = np.sqrt(np.sum(over_speed[1:] ** 2, axis=0))
+    certain = numbers.copy()
+    certain[:, _SPEED] = np.where(np.abs(over_speed[0]) < _NONZERO * std, 0.0, over_speed)
+    return certain[0], certain[1:]
 
 
 _Part = tuple[Array, Array, Array, NDArray[np.intp]]
