@@ -307,7 +307,7 @@ def with_other_axes(
         )
         return (*checks, alone)
     joints = [name for name in recordings[0].positions if name in recordings[0].turning]
-    if len(joints) == 1:
+    if len(joints) < 2:
         return checks
     ordered = Finding(
         "order_of_joints",

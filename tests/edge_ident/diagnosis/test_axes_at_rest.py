@@ -71,6 +71,9 @@ def test_joints_that_leave_much_are_told_in_which_order_they_were_taken(tmp_path
     (said,) = [f for f in diagnose([odd]).axes["y"].findings if f.code == "order_of_joints"]
     assert said.message.endswith("carry those behind it in the recording: x, y")
     assert "--axis y --axis x" in said.next_step
+    slides = {n: replace(a, position_unit="m", effort_unit="N") for n, a in odd.axes.items()}
+    straight = diagnose([replace(odd, axes=slides)]).axes["y"]
+    assert "order_of_joints" not in {f.code for f in straight.findings}
     other = load_recording(tmp_path / "1.csv", options=ReadOptions(axes=("y", "x")))
     assert list(other.axes) == ["y", "x"]
 
