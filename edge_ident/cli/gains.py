@@ -98,10 +98,11 @@ def design(
     results.deliver(report.documents.gains_document(found, designs.axes), "gains.json")
     _show(found, results, done, details=details)
     results.show(designs)
-    if not results.json:
-        for line in _not_known(found, designs, described, control_delay, given=drive is not None):
-            say(line)
-    if results.output and not results.json:
+    if results.json:
+        return
+    for line in _not_known(found, designs, described, control_delay, given=drive is not None):
+        say(line)
+    if results.output:
         file = results.file("gains.json")
         say(f"written: {file}; write them to a board with: edge-ident gains stage {file}")
 

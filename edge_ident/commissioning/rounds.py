@@ -24,7 +24,7 @@ from edge_ident.identification.effective import EffectiveAxis, effective_axis
 from edge_ident.identification.identify import identify
 from edge_ident.identification.result import Identification
 from edge_ident.model.effects import named
-from edge_ident.model.model import Model
+from edge_ident.model.model import AxisModel, Model
 from edge_ident.model.motion import LARGEST_SHIFT, Timing
 from edge_ident.signals.recording import Recording
 from firmware_interface.board import AxisLimits
@@ -39,7 +39,6 @@ _INTERVAL: Final = 2.0  # standard deviations within which the effort may be lat
 # Logarithm by which forecasts may be off before one was measured: what machines of another
 # simulation did beyond the draws (tools/used_machines.py).
 _DISBELIEF: Final = 0.2
-_NOTHING_BETTER: Final = "nothing better is promised"
 _CAREFUL: Final = 0.5  # bandwidth of the round after one that was taken back, over that one's
 
 
@@ -212,8 +211,7 @@ class Rounds:
         if not useless or len(useless) == len(designs):
             return trial, designs
         for axis in useless:
-            known, hardware = grounds.model.axes[axis], self._hardware[axis]
-            designs[axis] = left_alone(trial.active[axis], known, hardware, _NOTHING_BETTER)
+            designs[axis] = self._left_alone(axis, grounds.model.axes[axis], trial.active[axis])
         trial = self._trial(grounds, designs)
         trial.forecast_all()
         return trial, designs
@@ -240,11 +238,12 @@ class Rounds:
                 found = design(axis.model, self._hardware[name], bandwidth, ground=ground)
                 found = replace(found, gains=within_board(found.gains, active[name], limits[name]))
                 if caution > 1:
-                    found = left_alone(
-                        active[name], axis.model, self._hardware[name], _NOTHING_BETTER
-                    )
+                    found = self._left_alone(name, axis.model, active[name])
                 designs[name] = found
         return grounds, designs
+
+    def _left_alone(self, name: str, axis: AxisModel, present: AxisGains) -> GainDesign:
+        return left_alone(present, axis, self._hardware[name], "nothing better is promised")
 
     def _late_s(self, timing: Timing) -> float:
         """Latest time by which the effort may act, beyond what the board says."""

@@ -386,7 +386,6 @@ def _of_axis(
 ) -> "AxisDiagnosis":
     from edge_ident.diagnosis.diagnose import diagnose
 
-    # what is too small to be named still moves parameters
     found = diagnose([recording], model=model, only=[name], on_progress=on_progress)
     return found.axes[name]
 

@@ -92,9 +92,7 @@ class Compensated:
     unused: tuple[Unused, ...]
 
 
-def over_poses(
-    axis: AxisModel, others: Mapping[str, AxisModel], deviations: float = 1.0
-) -> AxisModel:
+def over_poses(axis: AxisModel, others: Mapping[str, AxisModel], deviations: float) -> AxisModel:
     """An axis with the inertia in the middle of its poses, in an interval that holds them all.
 
     Parameters

@@ -154,7 +154,6 @@ def design(
     axis: AxisModel,
     hardware: LoopHardware,
     bandwidth_rad_s: float | None = None,
-    at_s: float | None = None,
     ground: Ground | None = None,
 ) -> GainDesign:
     """Design the gains of one axis.
@@ -166,8 +165,6 @@ def design(
     hardware : LoopHardware
     bandwidth_rad_s : float, optional
         Without it, the highest that keeps the margins.
-    at_s : float, optional
-        As of the ground.
     ground : Ground, optional
         Where it has gains in force, these keep their feedback where no other can be designed.
 
@@ -178,7 +175,7 @@ def design(
         gains in force also: parameters are unphysical, the inertia is known too poorly, or no
         bandwidth keeps the margins.
     """
-    ground = ground or Ground(at_s)
+    ground = ground or Ground()
     check_units(axis.units)
     if ground.at_s is not None:
         axis = base_at(axis, ground.at_s)
@@ -579,8 +576,9 @@ def design_gains(
     for name, axis in model.axes.items():
         hardware = _hardware(described, name, control_delay_s)
         ground = Ground(at_s, others=model.axes)
-        designs[name] = design(axis, hardware, bandwidth_rad_s, ground=ground)
-        loops[name] = _open_loop(designs[name], over_poses(axis, model.axes), hardware)
+        designs[name] = design(axis, hardware, bandwidth_rad_s, ground)
+        posed = over_poses(axis, model.axes, _INTERVAL)
+        loops[name] = _open_loop(designs[name], posed, hardware)
     return GainDesigns(designs, loops)
 
 

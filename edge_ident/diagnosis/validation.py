@@ -150,20 +150,20 @@ def carry_over(
         refused = replace(judged[kept[worst]], carries_over=False, reason=doubtful[worst])
         judged[kept.pop(worst)] = refused
         found, left = less[worst], parts[worst].residual
-    of_base, of_found = (_friction_anew(other, m, fitted_anew(found)) for m in (base, found))
+    anew = _and_friction(fitted_anew(found))
+    anew_left = _share_left(other, base, anew), _share_left(other, found, anew)
     base_left, left_in_all, found_left = (rms(r) / scale for r in (start, left, as_found))
-    return (
-        found,
-        kept,
-        Validation(base_left, left_in_all, found_left, (of_base, of_found), tuple(judged)),
-    )
+    return found, kept, Validation(base_left, left_in_all, found_left, anew_left, tuple(judged))
 
 
-def _friction_anew(other: AxisData, model: FittedModel, anew: Iterable[int]) -> float:
-    """What a model leaves of the effort of another recording, its friction fitted to that, too."""
-    also = sorted({*anew, *map(PARAMETERS.index, FRICTION)})
-    left = residual_elsewhere(other, model, also)
-    return rms(left) / nonzero_rms(other.effort[other.valid])
+def _and_friction(anew: Iterable[int]) -> list[int]:
+    """Places of base parameters that are fitted to another recording, friction among them."""
+    return sorted({*anew, *map(PARAMETERS.index, FRICTION)})
+
+
+def _share_left(other: AxisData, model: FittedModel, anew: list[int]) -> float:
+    """What a model leaves of the effort of another recording, these parameters fitted to that."""
+    return rms(residual_elsewhere(other, model, anew)) / nonzero_rms(other.effort[other.valid])
 
 
 # What another recording says of the parts of a model: causes, and curves.
@@ -289,11 +289,10 @@ def with_curves(
     judged = replace(judged, supported=replace(judged.supported, model=extended))
     if other is not None and judged.validation is not None:
         anew, of_base = fitted_anew(extended), judged.validation.friction_anew[0]
-        whole = residual_elsewhere(other, extended, anew)
         validation = replace(
             judged.validation,
-            extended=rms(whole) / nonzero_rms(other.effort[other.valid]),
-            friction_anew=(of_base, _friction_anew(other, extended, anew)),
+            extended=_share_left(other, extended, anew),
+            friction_anew=(of_base, _share_left(other, extended, _and_friction(anew))),
         )
         judged = replace(judged, validation=validation)
     return judged, found

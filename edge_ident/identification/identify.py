@@ -152,7 +152,6 @@ def _diagnosed(
     from edge_ident.diagnosis.diagnose import diagnose
 
     try:
-        # what is too small to be named still moves parameters
         found = diagnose([recording], model=model, only=[name], on_progress=on_progress)
     except DataError as error:
         return error

@@ -307,9 +307,7 @@ def _angles(source: str | None, others: Mapping[str, AxisModel]) -> Array:
 def everywhere(velocity: float, axis: AxisModel) -> Motion:
     """Instants (N, 1) at a velocity: along the travel that the axis was seen at, or at position
     zero; long before and long after any record; with another joint at rest at angles all around."""
-    seen = axis.terms[0].supported
-    lowest, highest = (0.0, 0.0) if seen is None else seen.position
-    grids = np.meshgrid(_EVER, _ANGLES, np.linspace(lowest, highest, _PLACES))
+    grids = np.meshgrid(_EVER, _ANGLES, np.linspace(*_visited(axis, (0.0, 0.0)), _PLACES))
     time_s, angle, position = (x.reshape(-1, 1) for x in grids)
     zero = np.zeros(time_s.shape)
     source = Motion.known(time_s, angle, zero, zero)

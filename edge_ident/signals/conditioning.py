@@ -231,9 +231,6 @@ def _mean_direction(velocity: Array, acceleration: Array, period_s: float) -> Ar
     return mean
 
 
-_NEARLY_ALL: Final = 0.99
-
-
 def choose_cutoff(position: Array, period_s: float, noise: float | None = None) -> float:
     """Widest cut-off at which encoder noise spoils the acceleration little.
 
@@ -291,6 +288,9 @@ def acceleration_noise(position_noise: float, cutoff_hz: float, period_s: float)
     """
     variance = (2.0 * np.pi) ** 4 * cutoff_hz**5 / 5.0 * 2.0 * position_noise**2 * period_s
     return float(np.sqrt(variance))
+
+
+_NEARLY_ALL: Final = 0.99
 
 
 def highest_hz(signal: Array, period_s: float) -> float:

@@ -65,10 +65,10 @@ def _step(data: AxisData, model: FittedModel) -> Array:
 # like less viscous and more Coulomb friction over most of its range. There the data cannot tell the
 # two apart; only the formula of the cause says how much belongs to which. How well the formula is
 # confirmed shows in the part that the base model cannot express: what is left unexplained, over
-# that part of the cause, is the relative error that the formula may have. Laws of one curve count
-# together: what two of them add that cancels confirms neither. The same relative error
+# that part of the cause, is the relative error that the formula may have. The same relative error
 # of what the cause takes from a base parameter is added to the parameter's standard deviation. At
-# most it is all of it, where the interval reaches the parameter of the base model alone.
+# most it is all of it, where the interval reaches the parameter of the base model alone. Laws of
+# one curve count together: what two of them add that cancels confirms neither.
 #
 # They also trade places with the shift between effort and position. Along one slow sinusoid a shift
 # looks like less inertia and more viscous friction, and the fit may end at a limit of the shift.

@@ -150,7 +150,7 @@ def own_shares(data: AxisData, model: FittedModel, space: Array) -> list[float]:
 
 
 def recorded_sizes(data: AxisData, model: FittedModel) -> list[float]:
-    """By how much each added term, with the others of its effect, reduces the recorded effort.
+    """By how much each added term, with the others of its law, reduces the recorded effort.
 
     Returns
     -------

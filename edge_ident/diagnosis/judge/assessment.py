@@ -96,7 +96,7 @@ class Assessment:
         return [rms(effort) / self.scale for effort in efforts]
 
     def sizes(self, model: FittedModel, *, recorded_alone: bool) -> list[float]:
-        """Size of each term, with the others of its effect, over the rms of the measured effort.
+        """Size of each term, with the others of its law, over the rms of the measured effort.
 
         What it takes off the recorded effort, or its own effort in the band if that is more.
 
@@ -129,7 +129,7 @@ class Assessment:
         }
 
     def _together(self, model: FittedModel) -> list[float]:
-        """Rms of each term's own effort, with the others of its effect, over that of the effort."""
+        """Rms of each term's own effort, with the others of its law, over that of the effort."""
         efforts = own_efforts(self.search.data, model, self.space)
         parts = (efforts[list(model.of_law(t))] for t in model.terms)
         return [rms(np.sum(part, axis=0)) / self.scale for part in parts]

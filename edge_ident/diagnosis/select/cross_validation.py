@@ -66,7 +66,7 @@ def near_zero(data: AxisData, fitted: FittedModel) -> list[tuple[str, ...]]:
 
 
 def unsized(data: AxisData, fitted: FittedModel) -> list[bool]:
-    """Whether a term, together with the others of its effect, is as uncertain as it is large.
+    """Whether a term, together with the others of its law, is as uncertain as it is large.
 
     How a size is divided among terms that overlap may be uncertain where their sum is not. Noise
     gives it a size with each of them.

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edge_ident.control.gain_design import GainDesign, design
+from edge_ident.control.gain_design import GainDesign, Ground, design
 from edge_ident.control.law_terms import table_fade_speed, wave_fade_speed
 from edge_ident.model.effects import catalogue, named
 from edge_ident.model.inverse import inverse_effort
@@ -171,7 +171,7 @@ def test_gains_fit_the_end_of_the_recording(
 ) -> None:
     model = axis(term(effect, values))
     then = Term(BASE, dict(zip(PARAMETERS, at_end, strict=True)), supported=RANGE)
-    found = design(model, HARDWARE, at_s=20.0)
+    found = design(model, HARDWARE, ground=Ground(20.0))
     assert found.gains.numbers() == pytest.approx(
         design(AxisModel((then,)), HARDWARE).gains.numbers(), rel=1e-6
     )
